@@ -5,6 +5,7 @@
 #include "sim_server/collision/surface_tree.h"
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/surface/cutting/surface_cutting.h"
+#include "sim_server/surface/cutting/template_cutting.h"
 
 namespace sectio {
 namespace {
@@ -28,14 +29,18 @@ SurfaceSpringSettings spring_settings(const BodySpec& spec, const Scene& scene) 
   return s;
 }
 
-StrokeSettings stroke_settings(const CuttingSpec& cutting) {
+std::unique_ptr<CuttingEngine> cutting_in_style(const CuttingSpec& cutting) {
+  if (cutting.style == "templates") {
+    TemplateSettings s;
+    s.open_top_m = cutting.open_top_m;
+    s.open_bottom_m = cutting.open_bottom_m;
+    s.join_tolerance_m = cutting.join_tolerance_m;
+    return std::make_unique<TemplateCutting>(s);
+  }
   StrokeSettings s;
-  s.style = cutting.style == "templates" ? CutStyle::templates : CutStyle::progressive;
-  s.open_top_m = cutting.open_top_m;
-  s.open_bottom_m = cutting.open_bottom_m;
   s.join_tolerance_m = cutting.join_tolerance_m;
   s.min_depth_m = cutting.groove_min_depth_m;
-  return s;
+  return std::make_unique<SurfaceCutting>(s, cutting.loops_free_islands);
 }
 
 std::unique_ptr<SurfaceSprings> springs_of(const EngineSite& site, const SurfaceSprings* whole) {
@@ -57,8 +62,7 @@ BodyEngines engines_of(const EngineSite& site, const SurfaceSprings* whole) {
   BodyEngines engines;
   engines.collision =
       std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
-  engines.cutting =
-      std::make_unique<SurfaceCutting>(stroke_settings(site.spec.cutting), site.spec.cutting.loops_free_islands);
+  engines.cutting = cutting_in_style(site.spec.cutting);
   engines.splitting = std::make_unique<SurfaceSplitting>();
   if (site.is_rigid) return engines;
   auto springs = springs_of(site, whole);

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "common/mesh/check.h"
+#include "tests/support/blades_on_mesh.h"
 #include "tests/support/knife_on_mesh.h"
-#include "tests/support/scalpel_on_mesh.h"
 #include "tests/support/stroke_shapes.h"
 
 namespace sectio::test {
@@ -168,15 +168,10 @@ TEST(A_SEQ, A_SEQ_2_lifted_out_and_put_back_goes_on_with_the_same_groove) {
 }
 
 // Several knives in the pad at once, as a plan sees them.
-class Knives : public ScalpelOnMesh {
+class Knives : public TemplatesOnMesh {
  public:
-  Knives() : ScalpelOnMesh(box(6, 4, 2, Vec3(0.06, 0.04, 0.02)), templates()) {
+  Knives() : TemplatesOnMesh(box(6, 4, 2, Vec3(0.06, 0.04, 0.02))) {
     for (std::uint32_t tool = 0; tool < 3; ++tool) enter(0, Vec3::Constant(1.0 / 3), tool);
-  }
-  static StrokeSettings templates() {
-    StrokeSettings s;
-    s.style = CutStyle::templates;
-    return s;
   }
   BladeMotion to(std::uint32_t tool, double x_m, double y_m, double depth_m) const {
     BladeMotion motion{tool, {{Vec3(x_m, y_m, 0.02 - depth_m), Vec3::UnitZ()}}, false};

@@ -1,4 +1,4 @@
-// The methods of papers A and B are two styles behind one plan_cut().
+// The methods of papers A and B are two styles of cutting behind one interface.
 #include <gtest/gtest.h>
 
 #include "common/mesh/check.h"
@@ -11,30 +11,46 @@
 namespace sectio::test {
 namespace {
 
-StrokeSettings with_templates() {
-  StrokeSettings s;
-  s.style = CutStyle::templates;
-  return s;
+// The same pad under an instrument that cuts with templates.
+class PadUnderTemplates : public TemplatesOnMesh {
+ public:
+  PadUnderTemplates() : TemplatesOnMesh(box(6, 4, 2, Vec3(0.06, 0.04, PadUnderScalpel::kTop_m))) {}
+  static Vec3 top(double x_m, double y_m) { return PadUnderScalpel::top(x_m, y_m); }
+  void enter_at(double x_m, double y_m, std::uint32_t edge_id = 0) {
+    entries.push_back(entry_from_above(mesh, top(x_m, y_m), edge_id));
+  }
+  CutPlan go(double x_m, double y_m) { return to(top(x_m, y_m), Vec3::UnitZ(), 0.004); }
+};
+
+// The place at which the rest of the simulation sees the instrument.
+Vec3 place_of(const PadUnderTemplates& pad) {
+  return pad.stroke()->place.point_world_m;
+}
+Vec3 place_of(const PadUnderScalpel& pad) {
+  return position_of(MeshDraft(pad.mesh, pad.view()), *pad.stroke());
 }
 
-TEST(A_STYLE, A_STYLE_templates_behind_plan_cut) {
-  PadUnderScalpel templates(with_templates()), progressive;
-  for (PadUnderScalpel* pad : {&templates, &progressive}) {
-    pad->enter_at(0.012, 0.0143);
-    for (double x = 0.012; x < 0.044; x += 0.0007) {
-      const CutPlan plan = pad->go(x, 0.0143);
-      ASSERT_EQ(plan.refused, 0u) << x;
-      pad->expect_valid();
-      ASSERT_TRUE(pad->going());
-      // The place at which the rest of the simulation sees the instrument.
-      const MeshDraft at(pad->mesh, pad->view());
-      EXPECT_LT((position_of(at, *pad->stroke()) - pad->top(x, 0.0143)).norm(), 0.0015);
-    }
-    pad->lift();
-    pad->expect_valid();
-    EXPECT_FALSE(pad->going());
-    EXPECT_EQ(check(pad->mesh).euler_characteristic, 2);
+template <class Pad>
+void stroke_along(Pad& pad) {
+  pad.enter_at(0.012, 0.0143);
+  for (double x = 0.012; x < 0.044; x += 0.0007) {
+    const CutPlan plan = pad.go(x, 0.0143);
+    ASSERT_EQ(plan.refused, 0u) << x;
+    pad.expect_valid();
+    ASSERT_TRUE(pad.going());
+    EXPECT_LT((place_of(pad) - pad.top(x, 0.0143)).norm(), 0.0015);
   }
+  pad.lift();
+  pad.expect_valid();
+  EXPECT_FALSE(pad.going());
+  EXPECT_EQ(check(pad.mesh).euler_characteristic, 2);
+}
+
+TEST(A_STYLE, A_STYLE_two_styles_make_the_same_stroke) {
+  PadUnderTemplates templates;
+  PadUnderScalpel progressive;
+  stroke_along(templates);
+  stroke_along(progressive);
   EXPECT_FALSE(templates.cuts.grooves.fronts.empty());
   EXPECT_TRUE(progressive.cuts.grooves.fronts.empty());
   // Openings of their own width: tissue is parted as soon as it is cut.
@@ -42,7 +58,7 @@ TEST(A_STYLE, A_STYLE_templates_behind_plan_cut) {
 }
 
 TEST(A_STYLE, A_STYLE_two_instruments_interleaved) {
-  PadUnderScalpel pad(with_templates());
+  PadUnderTemplates pad;
   pad.enter_at(0.012, 0.0143, 0);
   pad.enter_at(0.048, 0.0343, 1);
   for (int i = 0; i < 40; ++i) {
@@ -55,24 +71,29 @@ TEST(A_STYLE, A_STYLE_two_instruments_interleaved) {
   const CutPlan plan = pad.step({{0, {}, true}, {1, {}, true}});
   EXPECT_EQ(plan.outcomes.size(), 2u);
   pad.expect_valid();
-  EXPECT_TRUE(pad.cuts.template_strokes.empty());
+  EXPECT_TRUE(pad.cuts.strokes.empty());
+}
+
+// The cuts of one pad don't fit another.
+template <class Pad>
+void cut_beneath_another_ones_cuts() {
+  Pad pad, other;
+  pad.enter_at(0.012, 0.0143);
+  for (double x = 0.012; x < 0.034; x += 0.0007) pad.go(x, 0.0143);
+  ASSERT_TRUE(pad.going());
+  other.cuts = pad.cuts;
+  const CutPlan plan = other.go(0.035, 0.0143);
+  ASSERT_EQ(plan.outcomes.size(), 1u);
+  EXPECT_EQ(plan.outcomes[0].end, StrokeEnd::refused);
+  EXPECT_EQ(plan.outcomes[0].why, kChangedBeneath);
 }
 
 TEST(A_STYLE, A_STYLE_a_refused_cut_says_why) {
-  for (const StrokeSettings& settings : {with_templates(), StrokeSettings{}}) {
-    PadUnderScalpel pad(settings), other(settings);
-    pad.enter_at(0.012, 0.0143);
-    for (double x = 0.012; x < 0.034; x += 0.0007) pad.go(x, 0.0143);
-    ASSERT_TRUE(pad.going());
-    other.cuts = pad.cuts;
-    const CutPlan plan = other.go(0.035, 0.0143);
-    ASSERT_EQ(plan.outcomes.size(), 1u);
-    EXPECT_EQ(plan.outcomes[0].end, StrokeEnd::refused);
-    EXPECT_EQ(plan.outcomes[0].why, kChangedBeneath);
-  }
+  cut_beneath_another_ones_cuts<PadUnderTemplates>();
+  cut_beneath_another_ones_cuts<PadUnderScalpel>();
   // Back along its cut a blade cuts nothing; beside it, that is no cut that templates can make.
   for (const double beside_m : {0.0, 0.004}) {
-    PadUnderScalpel back(with_templates());
+    PadUnderTemplates back;
     back.enter_at(0.012, 0.0143);
     for (double x = 0.012; x < 0.034; x += 0.0007) back.go(x, 0.0143);
     std::string_view why;

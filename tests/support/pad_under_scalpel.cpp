@@ -16,17 +16,24 @@ Face PadUnderScalpel::face_of(const Vec3& x) {
   return {i, j, w - j > u - i};
 }
 
-bool PadUnderScalpel::on_top(const Triangle& t) const {
+namespace {
+
+bool is_skin_above(const TriangleMesh& mesh, const Triangle& t, double height_m) {
   return t.alive() && t.surface == Surface::skin &&
-         std::all_of(t.v.begin(), t.v.end(), [&](VertexId v) { return mesh.rest_body_m(v).z() > kTop_m - 1e-9; });
+         std::ranges::all_of(t.v, [&](VertexId v) { return mesh.rest_body_m(v).z() > height_m - 1e-9; });
 }
 
-Entry PadUnderScalpel::entry_at(double x_m, double y_m, std::uint32_t edge_id) const {
-  const Vec3 p = top(x_m, y_m);
+}  // namespace
+
+bool PadUnderScalpel::on_top(const Triangle& t) const {
+  return is_skin_above(mesh, t, kTop_m);
+}
+
+Entry entry_from_above(const TriangleMesh& mesh, const Vec3& p, std::uint32_t edge_id) {
   Entry best{edge_id, kNone, Vec3::Zero()};
   double best_least = -1e9;
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
-    if (!on_top(mesh.triangle(t))) continue;
+    if (!is_skin_above(mesh, mesh.triangle(t), p.z())) continue;
     const auto& v = mesh.triangle(t).v;
     const Vec3 a = mesh.rest_body_m(v[0]), b = mesh.rest_body_m(v[1]), c = mesh.rest_body_m(v[2]);
     const double area = (b - a).cross(c - a).z();

@@ -20,6 +20,9 @@ using Corners3 = std::array<VertexId, 3>;
 // Turned so that the lowest vertex comes first; the cyclic order stays.
 Corners3 turned(Corners3 v);
 
+// The triangle of the skin under a point of a flat upper side, and the place of the point in it.
+Entry entry_from_above(const TriangleMesh& mesh, const Vec3& top, std::uint32_t edge_id = 0);
+
 class PadUnderScalpel : public ScalpelOnMesh {
  public:
   static constexpr double kTop_m = 0.02, kCell_m = 0.01;
@@ -30,8 +33,9 @@ class PadUnderScalpel : public ScalpelOnMesh {
   static Face face_of(const Vec3& x);
 
   bool on_top(const Triangle& t) const;
-  // The triangle under a point of the upper side, and where in it.
-  Entry entry_at(double x_m, double y_m, std::uint32_t edge_id = 0) const;
+  Entry entry_at(double x_m, double y_m, std::uint32_t edge_id = 0) const {
+    return entry_from_above(mesh, top(x_m, y_m), edge_id);
+  }
   void enter_at(double x_m, double y_m, std::uint32_t edge_id = 0) { entries.push_back(entry_at(x_m, y_m, edge_id)); }
   CutPlan go(double x_m, double y_m, double depth_m = 0.004) { return to(top(x_m, y_m), Vec3::UnitZ(), depth_m); }
 

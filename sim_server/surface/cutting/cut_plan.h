@@ -43,6 +43,9 @@ struct Entry {
   }
 };
 
+// No blade enters, moves or is lifted: the cuts stay as they are.
+bool all_wait(std::span<const Entry> entries, std::span<const BladeMotion> motions);
+
 // The place of an edge in the tissue.
 struct CutPoint {
   bool cuts = false;                  // a cut is under way; else the edge is in the tissue and waits
@@ -68,6 +71,11 @@ enum class StrokeEnd : std::uint8_t {
   joined,   // ran into another cut, or into its own
   refused,  // no valid subdivision
 };
+
+// Vertices that a delta, which has been applied to the mesh, has removed. Ascending.
+std::vector<VertexId> gone_with(const TopologyDelta& delta, const TriangleMesh& mesh);
+
+inline constexpr std::string_view kChangedBeneath = "the surface has changed under the cut";
 
 // The end of a stroke's part of a plan. The stroke goes on if the plan still has it.
 struct StrokeOutcome {

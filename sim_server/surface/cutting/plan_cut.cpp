@@ -14,17 +14,6 @@ const Stroke* SurfaceCuts::stroke_of(std::uint32_t edge_id) const {
   return it != strokes.end() ? &*it : nullptr;
 }
 
-bool all_wait(std::span<const Entry> entries, std::span<const BladeMotion> motions) {
-  return entries.empty() &&
-         std::ranges::all_of(motions, [](const BladeMotion& m) { return m.path.empty() && !m.lift; });
-}
-
-const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t edge_id) {
-  const auto it =
-      std::find_if(motions.begin(), motions.end(), [&](const BladeMotion& m) { return m.edge_id == edge_id; });
-  return it != motions.end() ? &*it : nullptr;
-}
-
 namespace {
 
 // How much of a stroke there is room for in this step.
@@ -224,8 +213,6 @@ SurfaceCutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const 
     unchanged.after = cuts;
     return unchanged;
   }
-  if (settings.style == CutStyle::templates)
-    return plan_with_templates(mesh, particles, cuts, entries, motions, settings);
   std::map<std::uint32_t, Debt> shares;
   std::vector<StrokeOutcome> refused;
   for (std::size_t tries = 0; tries <= 3 * (cuts.strokes.size() + entries.size()); ++tries) {
@@ -260,9 +247,7 @@ std::optional<InOpenCut> in_open_cut(const TriangleMesh& mesh, ParticleView part
 
 void end_where_they_are(SurfaceCuts& cuts) {
   for (Stroke& s : cuts.strokes) keep_what_is_open(s, cuts.grooves);
-  for (const TemplateStroke& s : cuts.template_strokes) keep_what_is_open(s, cuts.grooves);
   cuts.strokes.clear();
-  cuts.template_strokes.clear();
 }
 
 }  // namespace sectio

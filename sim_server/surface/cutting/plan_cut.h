@@ -1,37 +1,28 @@
-// Plans a step's cuts in one surface: a pure function from the mesh, the state, the cuts that there are and the
-// instruments' motion to a delta and the cuts afterwards.
+// Plans a step's progressive cuts in one surface (paper B): a pure function from the mesh, the state, the cuts that there
+// are and the instruments' motion to a delta and the cuts afterwards.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "sim_server/surface/cutting/cut_plan.h"
 #include "sim_server/surface/cutting/stroke.h"
-#include "sim_server/surface/cutting/template_stroke.h"
 
 namespace sectio {
 
 // The cuts of one surface.
 struct SurfaceCuts {
   Grooves grooves;
-  std::vector<Stroke> strokes;                   // one for each instrument in the tissue, in either style
-  std::vector<TemplateStroke> template_strokes;  // the same strokes, if they cut with templates
+  std::vector<Stroke> strokes;  // one for each instrument in the tissue
 
   const Stroke* stroke_of(std::uint32_t edge_id) const;
 
   template <class A>
   void archive(A& a) {
-    a(grooves, strokes, template_strokes);
+    a(grooves, strokes);
   }
 };
-
-// No blade enters, moves or is lifted: the cuts stay as they are.
-bool all_wait(std::span<const Entry> entries, std::span<const BladeMotion> motions);
-
-inline constexpr std::string_view kChangedBeneath = "the surface has changed under the cut";
 
 struct SurfaceCutPlan : CutPlan {
   SurfaceCuts after;
@@ -47,13 +38,6 @@ SurfaceCutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const 
 
 std::optional<InOpenCut> in_open_cut(const TriangleMesh& mesh, ParticleView particles, const SurfaceCuts& cuts,
                                      const Blade& blade);
-
-// plan_cut() with templates (paper A); plan_cut() calls it when the settings ask for it. A stroke that is refused ends
-// and keeps its opening; the others go on. SurfaceCuts::strokes shows a stroke of this style as one that only touches,
-// with the place of the instrument in `touched` and `bary`.
-SurfaceCutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const SurfaceCuts& cuts,
-                                   std::span<const Entry> entries, std::span<const BladeMotion> motions,
-                                   const StrokeSettings& settings);
 
 // Ends all strokes without a change of the mesh: what is open stays open.
 void end_where_they_are(SurfaceCuts& cuts);

@@ -22,15 +22,7 @@
 
 namespace sectio {
 
-// The two ways to cut a surface; a scene chooses one.
-enum class CutStyle : std::uint8_t {
-  progressive,  // paper B: the groove follows the tip, and its lips are closed until springs part them
-  templates,    // paper A: the opening has a width, and goes through the body if the blade does (template_cut.h)
-};
-
 struct StrokeSettings {
-  CutStyle style = CutStyle::progressive;
-  double open_top_m = 4e-4, open_bottom_m = 2e-4;  // templates only: widths of the opening
   double snap_ratio = 0.08;   // a crossing this close to a corner of its edge (ratio of its length) goes through it
   double inset = 0.04;        // least barycentric coordinate of a vertex inside a triangle
   double min_step_m = 1e-4;   // motion of the instrument before a cut opens

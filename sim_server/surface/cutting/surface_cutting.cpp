@@ -37,7 +37,7 @@ TidyPlan SurfaceCutting::tidy(const SharedBody& body) const {
   if (search_.next == kNone || !cuts_->strokes.empty() || cuts_->grooves.rungs.empty()) return {};
   TidiedLips tidied = tidy_lips(body.mesh, body.particles.view(), cuts_->grooves, search_);
   return {std::move(tidied.delta), tidied.edges_collapsed,
-          std::make_shared<Ticket>(SurfaceCuts{std::move(tidied.grooves), {}, {}}, tidied.search)};
+          std::make_shared<Ticket>(SurfaceCuts{std::move(tidied.grooves), {}}, tidied.search)};
 }
 
 void SurfaceCutting::reject() {
@@ -47,12 +47,9 @@ void SurfaceCutting::reject() {
 }
 
 void SurfaceCutting::follow(const SharedBody& body, const TopologyChange& change) {
-  const TriangleMesh& mesh = body.mesh;
-  const auto is_gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
-  std::vector<VertexId> gone;
-  for (const VertexEdit& e : change.delta.vertices)
-    if (is_gone(e.id)) gone.push_back(e.id);
+  const std::vector<VertexId> gone = gone_with(change.delta, body.mesh);
   if (gone.empty()) return;
+  const auto is_gone = [&](VertexId v) { return std::ranges::binary_search(gone, v); };
   SurfaceCuts left = *cuts_;
   left.grooves.forget(gone);
   std::erase_if(left.strokes, [&](const Stroke& s) {
@@ -60,7 +57,6 @@ void SurfaceCutting::follow(const SharedBody& body, const TopologyChange& change
            is_gone(s.temporary_tip) || std::ranges::any_of(s.cell.rim, is_gone) ||
            std::ranges::any_of(s.touched, is_gone);
   });
-  std::erase_if(left.template_strokes, [&](const TemplateStroke& s) { return !left.stroke_of(s.edge_id); });
   cuts_ = std::make_shared<const SurfaceCuts>(std::move(left));
 }
 

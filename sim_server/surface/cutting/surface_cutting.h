@@ -1,4 +1,4 @@
-// The cutting engine of bodies that are surfaces, in the style that the settings name. It owns the record of the cuts.
+// The cutting engine of bodies that are surfaces and are cut progressively. It owns the record of the cuts.
 #pragma once
 
 #include <memory>
@@ -16,9 +16,7 @@ class SurfaceCutting final : public CuttingEngine {
   SurfaceCutting(const StrokeSettings& settings, bool loops_free_islands)
       : settings_(settings), loops_free_islands_(loops_free_islands) {}
 
-  CutTraits traits() const override {
-    return {settings_.style == CutStyle::templates, false, settings_.join_tolerance_m, settings_.min_step_m};
-  }
+  CutTraits traits() const override { return {false, false, settings_.join_tolerance_m, settings_.min_step_m}; }
   CutPlan plan(const SharedBody& body, std::span<const Entry> entries,
                std::span<const BladeMotion> motions) const override;
   void accept(const SharedBody& body, const CutTicket& ticket) override;

@@ -3,7 +3,7 @@
 // begin at a vertex, the triangles around that vertex.
 //
 // Paths lie in the body's shape at rest, where no wall of a groove hangs into another and nothing moves while a cut
-// rests. plan_with_templates.cpp takes the blade there.
+// rests. plan_template_cut.cpp takes the blade there.
 #pragma once
 
 #include <array>

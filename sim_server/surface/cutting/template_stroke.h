@@ -2,6 +2,8 @@
 // goes on gives the same mesh as one that never rested.
 #pragma once
 
+#include <algorithm>
+
 #include "sim_server/surface/cutting/template_cut.h"
 
 namespace sectio {
@@ -10,6 +12,21 @@ namespace sectio {
 // no triangle is added. Returns the number of vertices that moved.
 std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const Grooves& grooves,
                           std::span<const TriangleId> active, const TemplateSettings& settings);
+
+// The place of an instrument on the surface, for everything else in the simulation.
+struct PlaceOfStroke {
+  std::array<VertexId, 3> corners{kNone, kNone, kNone};
+  Vec3 bary = Vec3::UnitX();
+  VertexId top = kNone;               // the upper end of the cut; kNone: it has cut nothing yet
+  Vec3 point_world_m = Vec3::Zero();  // where the tissue around the cut takes it: a lip may swing about
+
+  bool stands_on(VertexId v) const { return v == top || std::ranges::find(corners, v) != corners.end(); }
+
+  template <class A>
+  void archive(A& a) {
+    a(corners, bary, top, point_world_m);
+  }
+};
 
 // One instrument's cut in one body while it lasts. Within the face that the instrument is in the cut is temporary:
 // every step undoes it and makes it again, so that a face is divided once, however many steps the instrument takes to
@@ -36,12 +53,13 @@ struct TemplateStroke {
   std::vector<CutFront> temporary_fronts, temporary_starts;
   TargetStates temporary_bottoms_at_tip;
   std::set<VertexId> temporary_bottoms;
+  PlaceOfStroke place;  // with the temporary part
 
   template <class A>
   void archive(A& a) {
     a(edge_id, touched, bary, entered_body_m, begins_at_wall, fronts, at_front, newest, blade, displacement_body_m,
       frame_world, why_refused, waits, active, bottoms_at_tip, faces, temporary_inverse, temporarily_moved,
-      temporary_fronts, temporary_starts, temporary_bottoms_at_tip, temporary_bottoms);
+      temporary_fronts, temporary_starts, temporary_bottoms_at_tip, temporary_bottoms, place);
   }
 };
 

@@ -1,7 +1,7 @@
+#include "sim_server/surface/cutting/plan_template_cut.h"
+
 #include <algorithm>
 #include <utility>
-
-#include "sim_server/surface/cutting/plan_cut.h"
 
 namespace sectio {
 namespace {
@@ -11,16 +11,6 @@ namespace {
 constexpr double kFollowedShare = 0.02, kFollowedAlongShare = 0.2;
 
 constexpr double kIn_m = 2e-4;  // a tip this deep is through the skin, which springs back when it breaks
-
-TemplateSettings template_settings(const StrokeSettings& s) {
-  TemplateSettings t;
-  t.open_top_m = s.open_top_m;
-  t.open_bottom_m = s.open_bottom_m;
-  t.min_step_m = s.min_step_m;
-  t.join_tolerance_m = s.join_tolerance_m;
-  t.inset = s.inset;
-  return t;
-}
 
 // The triangles of a list that are alive, and the triangles around the corners of `entry`.
 std::vector<TriangleId> alive_around(const MeshDraft& draft, const Triangle& entry) {
@@ -50,25 +40,16 @@ Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
   return mean(s.touched, s.bary, [&](VertexId v) -> Vec3 { return draft.position(v); });
 }
 
-// The stroke as the rest of the simulation sees it: a place on the surface.
-Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
-  Stroke seen;
-  seen.edge_id = s.edge_id;
-  seen.touched = s.touched;
-  seen.bary = s.bary;
-  seen.blade = s.blade;
-  seen.seen.at_world_m = surface_point(draft, s);
-  if (s.blade) seen.seen.depth_m = (*seen.seen.at_world_m - s.blade->tip_world_m).dot(s.blade->up_world);
-  const VertexId top = top_of(s);
-  if (top == kNone) return seen;
-  seen.temporary_tip = top;
-  for (const TriangleId t : draft.fan(top)) {
+PlaceOfStroke place_of(const MeshDraft& draft, const TemplateStroke& stroke) {
+  PlaceOfStroke place{stroke.touched, stroke.bary, top_of(stroke), surface_point(draft, stroke)};
+  if (place.top == kNone) return place;
+  for (const TriangleId t : draft.fan(place.top)) {
     const Triangle triangle = draft.triangle(t);
-    seen.touched = triangle.v;
-    seen.bary = Vec3::Unit(triangle.corner_of(top));
+    place.corners = triangle.v;
+    place.bary = Vec3::Unit(triangle.corner_of(place.top));
     if (triangle.surface == Surface::skin) break;
   }
-  return seen;
+  return place;
 }
 
 // The displacement of the tissue at the instrument from its place at rest, in the frame of the body; it takes the blade
@@ -99,7 +80,7 @@ void follow_tissue(const MeshDraft& draft, TemplateStroke& stroke, const Pose& f
 }
 
 StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, Grooves& grooves,
-                 const StrokeSettings& settings) {
+                 const TemplateSettings& settings) {
   follow_tissue(draft, stroke, motion.frame_world);
   for (const Blade& blade : motion.path) {
     const std::optional<RestBlade> newest = stroke.newest;
@@ -111,7 +92,7 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
     }
     const RestBlade at_rest{motion.frame_world.to_local(blade.tip_world_m) - *stroke.displacement_body_m,
                             motion.frame_world.orientation.conjugate() * blade.up_world};
-    switch (advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))) {
+    switch (advance(draft, stroke, at_rest, motion.active, grooves, settings)) {
       case TemplateStrokeEnd::refused:
         return StrokeEnd::refused;
       case TemplateStrokeEnd::left_body:
@@ -132,17 +113,27 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
 
 }  // namespace
 
-SurfaceCutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const SurfaceCuts& cuts,
-                                   std::span<const Entry> entries, std::span<const BladeMotion> motions,
-                                   const StrokeSettings& settings) {
-  SurfaceCutPlan plan;
+const TemplateStroke* TemplateCuts::stroke_of(std::uint32_t edge_id) const {
+  const auto it = std::ranges::find(strokes, edge_id, &TemplateStroke::edge_id);
+  return it != strokes.end() ? &*it : nullptr;
+}
+
+void end_where_they_are(TemplateCuts& cuts) {
+  for (const TemplateStroke& s : cuts.strokes) keep_what_is_open(s, cuts.grooves);
+  cuts.strokes.clear();
+}
+
+TemplateCutPlan plan_template_cut(const TriangleMesh& mesh, ParticleView particles, const TemplateCuts& cuts,
+                                  std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                                  const TemplateSettings& settings) {
+  TemplateCutPlan plan;
   plan.after.grooves = cuts.grooves;
   const MeshDraft now(mesh, particles);
   MeshDraft draft = now;
-  std::vector<TemplateStroke> strokes = cuts.template_strokes;
+  std::vector<TemplateStroke> strokes = cuts.strokes;
   for (auto it = strokes.rbegin(); it != strokes.rend(); ++it) {
     if (undo_temporary(draft, *it)) continue;
-    for (const TemplateStroke& s : cuts.template_strokes) {
+    for (const TemplateStroke& s : cuts.strokes) {
       plan.outcomes.push_back({s.edge_id, StrokeEnd::refused, kChangedBeneath});
       keep_what_is_open(s, plan.after.grooves);
     }
@@ -169,17 +160,17 @@ SurfaceCutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView partic
     const BladeMotion* const motion = motion_of(motions, s.edge_id);
     const StrokeEnd end = motion ? follow(draft, s, *motion, plan.after.grooves, settings) : StrokeEnd::going;
     if (end == StrokeEnd::going) {
-      plan.after.template_strokes.push_back(s);
+      plan.after.strokes.push_back(s);
       continue;
     }
     plan.refused += end == StrokeEnd::refused;
     plan.outcomes.push_back({s.edge_id, end, end == StrokeEnd::refused ? s.why_refused : std::string_view()});
-    if (end != StrokeEnd::joined) open_temporarily(draft, s, template_settings(settings));
+    if (end != StrokeEnd::joined) open_temporarily(draft, s, settings);
     finish(draft, s, plan.after.grooves);
   }
-  for (std::size_t i = 0; i < plan.after.template_strokes.size(); ++i) {
-    open_temporarily(draft, plan.after.template_strokes[i], template_settings(settings));
-    plan.after.strokes.push_back(as_stroke(draft, plan.after.template_strokes[i]));
+  for (TemplateStroke& s : plan.after.strokes) {
+    open_temporarily(draft, s, settings);
+    s.place = place_of(draft, s);
   }
   plan.delta = draft.delta();
   plan.seeds = draft.seeds();
