@@ -57,24 +57,44 @@ bool names_vectors(const std::string& version_text) {
   return major > 3 || (major == 3 && minor >= 5);
 }
 
-class HaplyHandle : public Handle {
- public:
-  explicit HaplyHandle(const HaplySpec& spec);
-  ~HaplyHandle() override;
+// For both threads: the servo's, and the one that talks to the service.
+struct Mailbox {
+  LatestValue<HandleState> states;
+  LatestValue<Vec3> forces;
+  std::atomic<double> heard_s{-1e300};
+  std::atomic<bool> stop{false};
 
-  // The device's data sheet names 10 N for moments; this much it holds.
-  DeviceLimits limits() const override { return {.largest_force_n = 8, .largest_moment_n_m = 0}; }
-  bool latest(HandleState& state) override { return states_.load(state); }
-  void apply(const Vec3& force_n, const Vec3&) override {
-    forces_.store(force_n);
-    lws_cancel_service(context_);  // wakes the thread that sends
+  // The thread that opens the device waits for its first state.
+  std::mutex mutex;  // guards what follows
+  std::condition_variable changed;
+  std::string trouble;
+  bool ready = false, failed = false;
+
+  void report(const std::string& what, bool has_failed) {
+    {
+      const std::lock_guard lock(mutex);
+      trouble = what;
+      failed |= has_failed;
+    }
+    changed.notify_all();
   }
-  bool lost() const override { return steady_now_s() - heard_s_ > kSilence_s; }
+};
+
+// The thread that talks to the service has this for itself, but for wake().
+class Conversation {
+ public:
+  Conversation(const HaplySpec& spec, Mailbox& mailbox);
+  ~Conversation() { lws_context_destroy(context_); }
+  Conversation(const Conversation&) = delete;
+  Conversation& operator=(const Conversation&) = delete;
+
+  void run();
+  void wake() { lws_cancel_service(context_); }  // from any thread: there is something in the mailbox
 
  private:
   struct Timer {
     lws_sorted_usec_list_t list{};  // first: the callback gets its address
-    HaplyHandle* handle = nullptr;
+    Conversation* conversation = nullptr;
   };
 
   static int callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t size);
@@ -89,35 +109,62 @@ class HaplyHandle : public Handle {
   void take(const json& message);
   void ask_to_send();
   int send(lws* wsi);
-  std::string address() const { return "ws://" + spec_.host + ":" + std::to_string(spec_.port); }
 
-  HaplySpec spec_;
+  const HaplySpec spec_;
+  Mailbox& mailbox_;
   std::array<lws_protocols, 2> protocols_{};
   lws_context* context_ = nullptr;
   Timer retry_, alive_;
-  std::thread thread_;
-  std::atomic<bool> stop_{false};
-
-  // To and from the servo thread.
-  LatestValue<HandleState> states_;
-  LatestValue<Vec3> forces_;
-  std::atomic<double> heard_s_{-1e300};
-
-  // The thread that talks to the service has these for itself.
   lws* socket_ = nullptr;
   std::string version_, incoming_, device_id_;
   bool vectors_ = true, introduced_ = false, asked_ = false;
   double sent_s_ = -1e300, force_s_ = -1e300;
   Vec3 force_n_ = Vec3::Zero();
-
-  // The constructor waits for the first state.
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::string trouble_;
-  bool ready_ = false, failed_ = false;
 };
 
-HaplyHandle::HaplyHandle(const HaplySpec& spec) : spec_(spec) {
+// For the servo thread.
+class HaplyHandle : public Handle {
+ public:
+  explicit HaplyHandle(const HaplySpec& spec) : conversation_(spec, mailbox_) {
+    thread_ = std::thread([this] { conversation_.run(); });
+    if (const std::string why = wait_for_first_state(spec); !why.empty()) {
+      end();
+      throw InputError("--device haply: " + why);
+    }
+  }
+  ~HaplyHandle() override { end(); }
+
+  // The device's data sheet names 10 N for moments; this much it holds.
+  DeviceLimits limits() const override { return {.largest_force_n = 8, .largest_moment_n_m = 0}; }
+  bool latest(HandleState& state) override { return mailbox_.states.load(state); }
+  void apply(const Vec3& force_n, const Vec3&) override {
+    mailbox_.forces.store(force_n);
+    conversation_.wake();
+  }
+  bool lost() const override { return steady_now_s() - mailbox_.heard_s > kSilence_s; }
+
+ private:
+  void end() {
+    mailbox_.stop = true;
+    conversation_.wake();
+    thread_.join();
+  }
+  // The reason why there is none; empty: it is here.
+  std::string wait_for_first_state(const HaplySpec& spec) {
+    std::unique_lock lock(mailbox_.mutex);
+    mailbox_.changed.wait_for(lock, kPatience, [&] { return mailbox_.ready || mailbox_.failed; });
+    if (mailbox_.ready) return {};
+    const std::string at = " at ws://" + spec.host + ":" + std::to_string(spec.port), &trouble = mailbox_.trouble;
+    if (mailbox_.failed) return "no service answers" + at + " (" + trouble + "); Haply's own must run there";
+    return "the service" + at + (trouble.empty() ? " says nothing" : " has " + trouble);
+  }
+
+  Mailbox mailbox_;
+  Conversation conversation_;
+  std::thread thread_;
+};
+
+Conversation::Conversation(const HaplySpec& spec, Mailbox& mailbox) : spec_(spec), mailbox_(mailbox) {
   protocols_[0].name = "haply";
   protocols_[0].callback = callback;
   protocols_[0].rx_buffer_size = 1 << 16;
@@ -131,48 +178,29 @@ HaplyHandle::HaplyHandle(const HaplySpec& spec) : spec_(spec) {
   info.timeout_secs = 2;
   context_ = lws_create_context(&info);
   if (!context_) throw InputError("--device haply: libwebsockets can't be started");
-  retry_.handle = alive_.handle = this;
-  thread_ = std::thread([this] {
-    connect("GET");
-    on_alive(&alive_.list);
-    while (!stop_ && lws_service(context_, 0) >= 0) {
-    }
-  });
-  std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, kPatience, [&] { return ready_ || failed_; });
-  if (ready_) return;
-  const std::string why = failed_
-                              ? "no service answers at " + address() + " (" + trouble_ + "); Haply's own must run there"
-                          : trouble_.empty() ? "the service at " + address() + " says nothing"
-                                             : "the service at " + address() + " has " + trouble_;
-  lock.unlock();
-  stop_ = true;
-  lws_cancel_service(context_);
-  thread_.join();
-  lws_context_destroy(context_);
-  throw InputError("--device haply: " + why);
+  retry_.conversation = alive_.conversation = this;
 }
 
-HaplyHandle::~HaplyHandle() {
-  stop_ = true;
-  lws_cancel_service(context_);
-  thread_.join();
-  lws_context_destroy(context_);
+void Conversation::run() {
+  connect("GET");
+  on_alive(&alive_.list);
+  while (!mailbox_.stop && lws_service(context_, 0) >= 0) {
+  }
 }
 
-void HaplyHandle::on_retry(lws_sorted_usec_list_t* timer) {
-  reinterpret_cast<Timer*>(timer)->handle->connect("GET");
+void Conversation::on_retry(lws_sorted_usec_list_t* timer) {
+  reinterpret_cast<Timer*>(timer)->conversation->connect("GET");
 }
 
 // While nobody asks for a force, the service is asked for states all the same.
-void HaplyHandle::on_alive(lws_sorted_usec_list_t* timer) {
-  HaplyHandle& h = *reinterpret_cast<Timer*>(timer)->handle;
+void Conversation::on_alive(lws_sorted_usec_list_t* timer) {
+  Conversation& h = *reinterpret_cast<Timer*>(timer)->conversation;
   if (steady_now_s() - h.sent_s_ > 1e-6 * kAlive_us) h.ask_to_send();
   lws_sul_schedule(h.context_, 0, timer, on_alive, kAlive_us);
 }
 
 // First /version with "GET", then the WebSocket, without a method.
-void HaplyHandle::connect(const char* method) {
+void Conversation::connect(const char* method) {
   lws_client_connect_info info{};
   info.context = context_;
   info.address = info.host = info.origin = spec_.host.c_str();
@@ -184,18 +212,13 @@ void HaplyHandle::connect(const char* method) {
   if (!lws_client_connect_via_info(&info) && method) fail("no connection");
 }
 
-void HaplyHandle::fail(const std::string& why) {
+void Conversation::fail(const std::string& why) {
   socket_ = nullptr;
-  {
-    const std::lock_guard lock(mutex_);
-    trouble_ = why;
-    failed_ = true;
-  }
-  changed_.notify_all();
-  if (!stop_) retry();
+  mailbox_.report(why, true);
+  if (!mailbox_.stop) retry();
 }
 
-int HaplyHandle::hear_http(lws* wsi, lws_callback_reasons reason, void* in, std::size_t size) {
+int Conversation::hear_http(lws* wsi, lws_callback_reasons reason, void* in, std::size_t size) {
   if (reason == LWS_CALLBACK_RECEIVE_CLIENT_HTTP) {
     std::array<char, LWS_PRE + 4096> buffer;
     char* at = buffer.data() + LWS_PRE;
@@ -204,16 +227,16 @@ int HaplyHandle::hear_http(lws* wsi, lws_callback_reasons reason, void* in, std:
   }
   if (reason == LWS_CALLBACK_RECEIVE_CLIENT_HTTP_READ && version_.size() + size < kMaxMessageBytes)
     version_.append(static_cast<const char*>(in), size);
-  if (reason == LWS_CALLBACK_CLOSED_CLIENT_HTTP && !stop_) {
+  if (reason == LWS_CALLBACK_CLOSED_CLIENT_HTTP && !mailbox_.stop) {
     vectors_ = names_vectors(version_);
     connect(nullptr);
   }
   return reason == LWS_CALLBACK_COMPLETED_CLIENT_HTTP ? -1 : 0;  // the connection has done its work
 }
 
-int HaplyHandle::callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t size) {
+int Conversation::callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t size) {
   lws_context* context = wsi ? lws_get_context(wsi) : nullptr;
-  auto* h = context ? static_cast<HaplyHandle*>(lws_context_user(context)) : nullptr;
+  auto* h = context ? static_cast<Conversation*>(lws_context_user(context)) : nullptr;
   if (!h) return 0;
   switch (reason) {
     case LWS_CALLBACK_RECEIVE_CLIENT_HTTP:
@@ -237,7 +260,7 @@ int HaplyHandle::callback(lws* wsi, lws_callback_reasons reason, void*, void* in
       h->fail("it has closed the connection");
       return 0;
     case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
-      if (h->forces_.load(h->force_n_)) {
+      if (h->mailbox_.forces.load(h->force_n_)) {
         h->force_s_ = steady_now_s();
         h->ask_to_send();
       }
@@ -247,7 +270,7 @@ int HaplyHandle::callback(lws* wsi, lws_callback_reasons reason, void*, void* in
   }
 }
 
-int HaplyHandle::receive(lws* wsi, const char* bytes, std::size_t size) {
+int Conversation::receive(lws* wsi, const char* bytes, std::size_t size) {
   if (incoming_.size() + size > kMaxMessageBytes) return -1;
   incoming_.append(bytes, size);
   if (!lws_is_final_fragment(wsi) || lws_remaining_packet_payload(wsi) > 0) return 0;
@@ -262,15 +285,14 @@ int HaplyHandle::receive(lws* wsi, const char* bytes, std::size_t size) {
   return 0;
 }
 
-void HaplyHandle::take(const json& message) {
+void Conversation::take(const json& message) {
   const json none = json::array();
   const json& arms = message.contains("inverse3") ? message.at("inverse3") : none;
   const auto arm = std::find_if(arms.begin(), arms.end(), [&](const json& each) {
     return spec_.id.empty() || each.at("device_id").get<std::string>() == spec_.id;
   });
   if (arm == arms.end()) {
-    const std::lock_guard lock(mutex_);
-    trouble_ = spec_.id.empty() ? "no Inverse3" : "no Inverse3 with the id '" + spec_.id + "'";
+    mailbox_.report(spec_.id.empty() ? "no Inverse3" : "no Inverse3 with the id '" + spec_.id + "'", false);
     return;
   }
   device_id_ = arm->at("device_id").get<std::string>();
@@ -286,21 +308,21 @@ void HaplyHandle::take(const json& message) {
       state.buttons = {grip.at("buttons").value("b", false), grip.at("buttons").value("a", false)};
     break;
   }
-  states_.store(state);
-  heard_s_ = steady_now_s();
-  const std::lock_guard lock(mutex_);
-  if (!std::exchange(ready_, true)) changed_.notify_all();
+  mailbox_.states.store(state);
+  mailbox_.heard_s = steady_now_s();
+  const std::lock_guard lock(mailbox_.mutex);
+  if (!std::exchange(mailbox_.ready, true)) mailbox_.changed.notify_all();
 }
 
 // One message is under way at a time; the service answers each with a state.
-void HaplyHandle::ask_to_send() {
+void Conversation::ask_to_send() {
   if (!socket_ || device_id_.empty() || (asked_ && steady_now_s() - sent_s_ < kAnswer_s)) return;
   asked_ = true;
   sent_s_ = steady_now_s();
   lws_callback_on_writable(socket_);
 }
 
-int HaplyHandle::send(lws* wsi) {
+int Conversation::send(lws* wsi) {
   if (steady_now_s() - force_s_ > kAnswer_s) force_n_.setZero();  // the servo has stopped
   json force{{"x", force_n_.x()}, {"y", force_n_.y()}, {"z", force_n_.z()}};
   json message{{"inverse3",

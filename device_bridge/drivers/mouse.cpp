@@ -25,33 +25,29 @@ struct MouseState {
   Buttons buttons;
 };
 
-class Mouse : public Steering {
+// The window that has the pointer, with a thread of its own.
+class MouseWindow {
  public:
-  explicit Mouse(const MouseSpec& spec) : spec_(spec) {
+  // Throws an InputError when no window can be opened.
+  explicit MouseWindow(const MouseSpec& spec) : spec_(spec) {
     thread_ = std::thread([this] { run(); });
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return tried_; });
     if (trouble_.empty()) return;
     lock.unlock();
-    stop_ = true;
-    thread_.join();
+    end();
     throw InputError("--device mouse: no window can be opened: " + trouble_);
   }
-  ~Mouse() override {
+  ~MouseWindow() { end(); }
+
+  // False: nothing has changed.
+  bool latest(MouseState& state) { return states_.load(state); }
+
+ private:
+  void end() {
     stop_ = true;
     thread_.join();
   }
-
-  std::optional<Step> step(double) override {
-    MouseState next;
-    if (!states_.load(next)) next = last_;
-    if (!next.here) return std::nullopt;
-    Step step{next.way_m - last_.way_m, next.turn_rad - last_.turn_rad, next.buttons};
-    last_ = next;
-    return step;
-  }
-
- private:
   void run() {
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     SDL_Window* window = nullptr;
@@ -111,15 +107,33 @@ class Mouse : public Steering {
     if (key == SDLK_r || key == SDLK_f) state.turn_rad.y() += key == SDLK_r ? kKeyTurn_rad : -kKeyTurn_rad;
   }
 
-  MouseSpec spec_;
+  const MouseSpec spec_;
   LatestValue<MouseState> states_;
-  MouseState last_;  // used by the servo thread only
   std::atomic<bool> stop_{false};
-  std::mutex mutex_;
+  std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
   bool tried_ = false;
   std::string trouble_;
   std::thread thread_;
+};
+
+// For the servo thread.
+class Mouse : public Steering {
+ public:
+  explicit Mouse(const MouseSpec& spec) : window_(spec) {}
+
+  std::optional<Step> step(double) override {
+    MouseState next;
+    if (!window_.latest(next)) next = last_;
+    if (!next.here) return std::nullopt;
+    Step step{next.way_m - last_.way_m, next.turn_rad - last_.turn_rad, next.buttons};
+    last_ = next;
+    return step;
+  }
+
+ private:
+  MouseWindow window_;
+  MouseState last_;
 };
 
 }  // namespace

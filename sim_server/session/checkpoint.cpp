@@ -161,19 +161,60 @@ void share_checkpoints(const std::string& from_directory, const std::string& to_
     if (step <= last_step) fs::create_hard_link(path_of(from_directory, step), path_of(to_directory, step), error);
 }
 
+namespace {
+
+// The files of checkpoints in a directory, as many as there is room for.
+class CheckpointFiles {
+ public:
+  // Removes those after a step; all of them when `fresh`.
+  CheckpointFiles(std::string directory, bool fresh, std::uint64_t step, std::uint64_t most_bytes)
+      : directory_(std::move(directory)), most_bytes_(most_bytes) {
+    std::error_code error;
+    if (fresh) fs::remove_all(checkpoints_path(directory_), error);
+    fs::create_directories(checkpoints_path(directory_), error);
+    for (const auto& [at, size] : checkpoints_in(directory_)) {
+      if (at <= step) {
+        kept_[at] = size;
+        total_ += size;
+      } else {
+        fs::remove(path_of(directory_, at), error);
+      }
+    }
+  }
+  // Throws an InputError when it can't be written.
+  void write(const Checkpoint& checkpoint) {
+    const std::vector<std::uint8_t> bytes = to_bytes(checkpoint);
+    write_file(path_of(directory_, checkpoint.step), bytes, OnDisk::now);
+    total_ += bytes.size() - std::exchange(kept_[checkpoint.step], bytes.size());
+    while (total_ > most_bytes_ && kept_.size() > kNewest) {
+      const auto at = kept_.find(least_needed(kept_));
+      ::unlink(path_of(directory_, at->first).c_str());
+      total_ -= at->second;
+      kept_.erase(at);
+    }
+  }
+
+ private:
+  std::string directory_;
+  std::uint64_t most_bytes_;
+  std::map<std::uint64_t, std::uint64_t> kept_;  // sizes by step
+  std::uint64_t total_ = 0;
+};
+
+}  // namespace
+
+// For both threads.
 struct CheckpointWriter::State {
-  void run() {
+  void run(CheckpointFiles files) {
     std::unique_lock lock(mutex);
     for (;;) {
       wake.wait(lock, [&] { return stop || next; });
       if (!next) return;
       const Checkpoint checkpoint = std::move(*next);
       lock.unlock();
-      const std::vector<std::uint8_t> bytes = to_bytes(checkpoint);
       std::string why;
       try {
-        write_file(path_of(directory, checkpoint.step), bytes, OnDisk::now);
-        remember(checkpoint.step, bytes.size());
+        files.write(checkpoint);
       } catch (const InputError& error) {
         why = error.what();
       }
@@ -183,21 +224,6 @@ struct CheckpointWriter::State {
       failing = !why.empty();
     }
   }
-  void remember(std::uint64_t step, std::uint64_t size) {
-    total += size - std::exchange(kept[step], size);
-    while (total > most_bytes && kept.size() > kNewest) {
-      const auto at = kept.find(least_needed(kept));
-      ::unlink(path_of(directory, at->first).c_str());
-      total -= at->second;
-      kept.erase(at);
-    }
-  }
-
-  std::string directory;
-  std::uint64_t most_bytes = 0;
-  // Used by the thread alone while it runs.
-  std::map<std::uint64_t, std::uint64_t> kept;  // sizes by step
-  std::uint64_t total = 0;
 
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable wake;
@@ -210,21 +236,9 @@ struct CheckpointWriter::State {
 CheckpointWriter::CheckpointWriter(const std::string& directory, bool fresh, std::uint64_t step,
                                    std::uint64_t most_bytes)
     : state_(std::make_unique<State>()) {
-  State& s = *state_;
-  s.directory = directory;
-  s.most_bytes = most_bytes;
-  std::error_code error;
-  if (fresh) fs::remove_all(checkpoints_path(directory), error);
-  fs::create_directories(checkpoints_path(directory), error);
-  for (const auto& [at, size] : checkpoints_in(directory)) {
-    if (at <= step) {
-      s.kept[at] = size;
-      s.total += size;
-    } else {
-      fs::remove(path_of(directory, at), error);
-    }
-  }
-  s.thread = std::thread([&s] { s.run(); });
+  state_->thread = std::thread([&s = *state_, files = CheckpointFiles(directory, fresh, step, most_bytes)]() mutable {
+    s.run(std::move(files));
+  });
 }
 
 CheckpointWriter::~CheckpointWriter() {
