@@ -94,6 +94,28 @@ PanelView panel_of(const Frame& frame, const World& world, const ClientNet& net,
   return panel;
 }
 
+// The report, and a line a body on the standard output. Returns the exit code.
+int conclude(const ViewerOptions& options, World& world, const ClientNet& net, const ViewRecord& record,
+             std::optional<HeardRecord>& heard, const std::string& session, bool whole) {
+  const std::vector<BodyVersion> versions = world.catch_up();
+  if (heard) heard->keep(world);
+  if (heard && !heard->finish()) whole = false;
+  const std::vector<std::string> names = world.body_names();
+  const std::optional<SessionEnd> end = world.session_end();
+  const std::string report = record.json(options.name, world, net.counts(), versions, end);
+  if (!options.report_file.empty() && !try_to_write([&] { write_file(options.report_file, report); })) whole = false;
+  bool differs = false;
+  for (std::size_t b = 0; b < versions.size(); ++b) {
+    const std::string equal = equals_server(b, versions, end);
+    differs = differs || equal == "no";
+    std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(), names[b].c_str(),
+                static_cast<unsigned long long>(versions[b].revision), hash_text(versions[b].topology_hash).c_str(),
+                equal.c_str());
+  }
+  if (versions.empty()) log_error("no server of " + session + " was met");
+  return differs || versions.empty() || !whole ? 1 : 0;
+}
+
 int view(ViewerOptions options) {
   catch_stop_signals();
   if (!options.report_file.empty()) check_can_write(options.report_file);  // now, not at the end
@@ -148,25 +170,7 @@ int view(ViewerOptions options) {
     if (due_s < steady_now_s() - kMaxRepeat_s) due_s = steady_now_s();
     std::this_thread::sleep_until(Clock::time_point(std::chrono::duration_cast<Clock::duration>(Seconds(due_s))));
   }
-  bool whole = screen.finish();
-
-  const std::vector<BodyVersion> versions = world.catch_up();
-  if (heard) heard->keep(world);
-  if (heard && !heard->finish()) whole = false;
-  const std::vector<std::string> names = world.body_names();
-  const std::optional<SessionEnd> end = world.session_end();
-  const std::string report = record.json(options.name, world, net.counts(), versions, end);
-  if (!options.report_file.empty() && !try_to_write([&] { write_file(options.report_file, report); })) whole = false;
-  bool differs = false;
-  for (std::size_t b = 0; b < versions.size(); ++b) {
-    const std::string equal = equals_server(b, versions, end);
-    differs = differs || equal == "no";
-    std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(), names[b].c_str(),
-                static_cast<unsigned long long>(versions[b].revision), hash_text(versions[b].topology_hash).c_str(),
-                equal.c_str());
-  }
-  if (versions.empty()) log_error("no server of " + session + " was met");
-  return differs || versions.empty() || !whole ? 1 : 0;
+  return conclude(options, world, net, record, heard, session, screen.finish());
 }
 
 }  // namespace

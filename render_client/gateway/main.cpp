@@ -102,6 +102,91 @@ class Stills {
   double asked_s_ = 0;
 };
 
+// Passes messages between sockets, people and the session. One thread.
+class Doorway {
+ public:
+  explicit Doorway(const Options& o)
+      : gateway_({o.token, o.lead_token}, o.limits, microseconds_since_1970()), net_(o.network) {
+    gateway_.tries().keep_in(o.tries);
+  }
+
+  // Returns when the session has ended, or a signal has come.
+  void serve(const Options& o) {
+    WebServer web(o.web, handlers());
+    server_ = &web;
+    std::printf("http://%s:%d/#%s\n", o.web.address.c_str(), web.port(), o.token.c_str());
+    std::fflush(stdout);
+    web.run();
+    server_ = nullptr;
+  }
+
+ private:
+  WebServerHandlers handlers() {
+    WebServerHandlers h;
+    h.opened = [this](std::uint64_t socket) {
+      const auto client = gateway_.connect();
+      if (client) client_of_[socket] = *client;
+      return client.has_value();
+    };
+    h.closed = [this](std::uint64_t socket) {
+      gateway_.disconnect(client_of_[socket]);
+      client_of_.erase(socket);
+    };
+    h.received = [this](std::uint64_t socket, const std::vector<std::uint8_t>& frame) {
+      gateway_.receive(client_of_[socket], frame, steady_now_s());
+      cut_guilty();
+      net_.send(gateway_, steady_now_s());  // a wish waits for nothing
+    };
+    h.next_frame = [this](std::uint64_t socket, std::vector<std::uint8_t>& frame) {
+      return gateway_.next_frame(client_of_[socket], frame);
+    };
+    h.title = [this](std::uint64_t socket) { return gateway_.title(client_of_[socket]); };
+    h.metrics = [this] { return metrics(); };
+    h.tries = [this] { return gateway_.tries().json(); };
+    h.ask_picture = [this] { return stills_.ask(steady_now_s()); };
+    h.picture = [this](std::uint64_t number) { return stills_.picture(number); };
+    h.tick = [this] { return tick(steady_now_s()); };
+    return h;
+  }
+
+  void cut_guilty() {
+    for (const auto& [client, fault] : gateway_.take_guilty())
+      for (const auto& [socket, person] : client_of_)
+        if (person == client) server_->cut(socket, fault);
+  }
+  std::string metrics() const {
+    const auto line = [](const char* name, std::uint64_t value) {
+      const std::string full = std::string("sectio_gateway_") + name + "_total";
+      return "# TYPE " + full + " counter\n" + full + " " + std::to_string(value) + "\n";
+    };
+    return gateway_.metrics() + line("refused_versions", server_->counts().versions_refused) +
+           line("cut_connections", server_->counts().cut) +
+           line("refused_long_messages", server_->counts().messages_too_long);
+  }
+  // False: the end.
+  bool tick(double now_s) {
+    net_.poll(gateway_);
+    gateway_.tick(now_s);
+    cut_guilty();
+    stills_.tick(now_s);
+    net_.send(gateway_, now_s);
+    for (const auto& [socket, client] : client_of_)
+      if (gateway_.has_mail(client)) server_->wants_to_send(socket);
+    if (net_.session_ended() && stop_s_ == kForEver_s) {
+      log_info("the session has ended");
+      stop_s_ = now_s + kFarewell_s;
+    }
+    return !stop_was_requested() && now_s < stop_s_;
+  }
+
+  Gateway gateway_;
+  GatewayNet net_;
+  Stills stills_{gateway_};
+  std::map<std::uint64_t, std::uint32_t> client_of_;  // by socket
+  double stop_s_ = kForEver_s;
+  WebServer* server_ = nullptr;  // while it serves
+};
+
 int run(Options& o) {
   catch_stop_signals();
   if (o.token.empty()) o.token = new_token();
@@ -110,70 +195,7 @@ int run(Options& o) {
   o.web.max_connections = o.max_clients + kConnectionsBesides;
   o.web.max_message_bytes = Gateway::kMaxMessageBytes;
   if (!find_session(o.network, kForEver_s, stop_was_requested)) return 1;
-  Gateway gateway({o.token, o.lead_token}, o.limits, microseconds_since_1970());
-  gateway.tries().keep_in(o.tries);
-  GatewayNet net(o.network);
-  Stills stills(gateway);
-  std::map<std::uint64_t, std::uint32_t> client_of;  // by socket
-  double stop_s = kForEver_s;
-  WebServer* server = nullptr;
-  const auto cut_guilty = [&] {
-    for (const auto& [client, fault] : gateway.take_guilty())
-      for (const auto& [socket, person] : client_of)
-        if (person == client) server->cut(socket, fault);
-  };
-
-  WebServerHandlers handlers;
-  handlers.opened = [&](std::uint64_t socket) {
-    const auto client = gateway.connect();
-    if (client) client_of[socket] = *client;
-    return client.has_value();
-  };
-  handlers.closed = [&](std::uint64_t socket) {
-    gateway.disconnect(client_of[socket]);
-    client_of.erase(socket);
-  };
-  handlers.received = [&](std::uint64_t socket, const std::vector<std::uint8_t>& frame) {
-    gateway.receive(client_of[socket], frame, steady_now_s());
-    cut_guilty();
-    net.send(gateway, steady_now_s());  // a wish waits for nothing
-  };
-  handlers.next_frame = [&](std::uint64_t socket, std::vector<std::uint8_t>& frame) {
-    return gateway.next_frame(client_of[socket], frame);
-  };
-  handlers.title = [&](std::uint64_t socket) { return gateway.title(client_of[socket]); };
-  handlers.metrics = [&] {
-    const auto line = [](const char* name, std::uint64_t value) {
-      const std::string full = std::string("sectio_gateway_") + name + "_total";
-      return "# TYPE " + full + " counter\n" + full + " " + std::to_string(value) + "\n";
-    };
-    return gateway.metrics() + line("refused_versions", server->counts().versions_refused) +
-           line("cut_connections", server->counts().cut) +
-           line("refused_long_messages", server->counts().messages_too_long);
-  };
-  handlers.tries = [&] { return gateway.tries().json(); };
-  handlers.ask_picture = [&] { return stills.ask(steady_now_s()); };
-  handlers.picture = [&](std::uint64_t number) { return stills.picture(number); };
-  handlers.tick = [&] {
-    const double now_s = steady_now_s();
-    net.poll(gateway);
-    gateway.tick(now_s);
-    cut_guilty();
-    stills.tick(now_s);
-    net.send(gateway, now_s);
-    for (const auto& [socket, client] : client_of)
-      if (gateway.has_mail(client)) server->wants_to_send(socket);
-    if (net.session_ended() && stop_s == kForEver_s) {
-      log_info("the session has ended");
-      stop_s = now_s + kFarewell_s;
-    }
-    return !stop_was_requested() && now_s < stop_s;
-  };
-  WebServer web(o.web, handlers);
-  server = &web;
-  std::printf("http://%s:%d/#%s\n", o.web.address.c_str(), web.port(), o.token.c_str());
-  std::fflush(stdout);
-  web.run();
+  Doorway(o).serve(o);
   return 0;
 }
 

@@ -84,13 +84,42 @@ void ImplicitDriver::stand_still(const Particles& particles, double furthest_m, 
   newton_.begin_with({});
 }
 
+// To where the particles come without forces of the tissue, and to where Newton's method begins.
+void ImplicitDriver::begin_part(const Part& part, const Particles& particles) {
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    const Vec3 x = particles.position_world_m[i].head<3>().cast<double>();
+    inertial_[i] = now_[i] = base_[i] = x;
+    const double inverse = particles.inverse_mass_per_kg[i];
+    if (inverse == 0) continue;
+    Vec3 v = particles.velocity_m_per_s[i].head<3>().cast<double>();
+    now_[i] += part.start_s * v;
+    if (part.has_past) {
+      base_[i] += (x - before_position_[i].head<3>().cast<double>()) / 3;
+      v += (v - before_velocity_[i].head<3>().cast<double>()) / 3;
+    }
+    inertial_[i] = base_[i] + part.kept_s * v + particles.mass_kg[i] * inverse * part.fall_m;
+  }
+}
+
+void ImplicitDriver::end_part(const Part& part, const Particles& particles, double furthest_m) {
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    if (particles.inverse_mass_per_kg[i] == 0) continue;
+    const Vec3 from = particles.position_world_m[i].head<3>().cast<double>();
+    Vec3 moved = now_[i] - from;
+    const double distance_m = moved.norm();
+    if (distance_m > furthest_m) moved *= furthest_m / distance_m;
+    particles.position_world_m[i].head<3>() = (from + moved).cast<float>();
+    particles.velocity_m_per_s[i].head<3>() = ((from + moved - base_[i]) / part.length_s).cast<float>();
+  }
+}
+
 bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Particles& particles,
                           std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
                           std::span<Reaction> reactions, int parts, Ending ending, const Smoother& smoother) {
   const bool has_past = motion.is_long && parts == 1 && !before_position_.empty();
   const double h = motion.step_s / parts, length = has_past ? 2 * h / 3 : h;  // H
   const double kept = length / (1 + motion.damping_per_s * length), start = h / (1 + motion.damping_per_s * h);
-  const Vec3 fall_m = length * kept * motion.gravity_m_per_s2;
+  const Part part{h, length, kept, start, has_past, length * kept * motion.gravity_m_per_s2};
   const std::size_t count = particles.position_world_m.size();
   part_.assign(constraints.begin(), constraints.end());
   taken_along_.resize(constraints.size());
@@ -109,19 +138,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
       for (const auto& [particle, weight] : supports.of(c))
         taken_along_[c] += weight * particles.position_world_m[particle].head<3>().cast<double>();
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      const Vec3 x = particles.position_world_m[i].head<3>().cast<double>();
-      inertial_[i] = now_[i] = base_[i] = x;
-      const double inverse = particles.inverse_mass_per_kg[i];
-      if (inverse == 0) continue;
-      Vec3 v = particles.velocity_m_per_s[i].head<3>().cast<double>();
-      now_[i] += start * v;
-      if (has_past) {
-        base_[i] += (x - before_position_[i].head<3>().cast<double>()) / 3;
-        v += (v - before_velocity_[i].head<3>().cast<double>()) / 3;
-      }
-      inertial_[i] = base_[i] + kept * v + particles.mass_kg[i] * inverse * fall_m;
-    }
+    begin_part(part, particles);
     if (smoother) smoother(h, inertial_, now_);
     // x = X + H V / (1 + alpha H) + H^2 / (1 + alpha H) (f / m + g)
     const NewtonStep::Problem problem{std::sqrt(length * kept),
@@ -146,15 +163,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
       stand_still(particles, furthest_m, h, smoother);
       continue;
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      if (particles.inverse_mass_per_kg[i] == 0) continue;
-      const Vec3 from = particles.position_world_m[i].head<3>().cast<double>();
-      Vec3 moved = now_[i] - from;
-      const double distance_m = moved.norm();
-      if (distance_m > furthest_m) moved *= furthest_m / distance_m;
-      particles.position_world_m[i].head<3>() = (from + moved).cast<float>();
-      particles.velocity_m_per_s[i].head<3>() = ((from + moved - base_[i]) / length).cast<float>();
-    }
+    end_part(part, particles, furthest_m);
     newton_.finish(problem, h, particles.velocity_m_per_s, of_part_);
     for (std::size_t c = 0; c < of_part_.size(); ++c) {
       reactions[c].force_on_tool_n += of_part_[c].force_on_tool_n / parts;

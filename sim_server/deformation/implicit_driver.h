@@ -68,7 +68,15 @@ class ImplicitDriver {
   static constexpr double kLost = 1000;  // from this residual on, Newton's method has lost its way
   enum class Ending : std::uint8_t { only_when_met, anyhow };
 
+  // A part of a step: its length, H, and the shares of the speed that are left after H and after its length.
+  struct Part {
+    double step_s, length_s, kept_s, start_s;
+    bool has_past;
+    Vec3 fall_m;
+  };
   void look_back(double step_s);
+  void begin_part(const Part& part, const Particles& particles);
+  void end_part(const Part& part, const Particles& particles, double furthest_m);
   bool is_thrown(const Particles& particles, double furthest_m) const;
   void stand_still(const Particles& particles, double furthest_m, double part_s, const Smoother& smoother);
   bool take(ElasticEnergy& energy, const Motion& motion, const Particles& particles,

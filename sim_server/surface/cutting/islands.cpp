@@ -163,57 +163,41 @@ std::optional<std::vector<TriangleId>> crumb_at(const MeshDraft& draft, const Ri
   return crumb;
 }
 
-}  // namespace
+// The rims at which an island and its ground part.
+struct PartingRims {
+  std::vector<BottomRim> of_region, of_ground;
+};
 
-std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right) {
-  std::vector<TriangleId> region = parted_skin(draft, left, right);
-  if (region.empty() || area_m2(draft, region) < kLeastArea_m2) return std::nullopt;
-  std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
+// `inside`: the region with its walls. Crumbs of ground go with the region.
+std::optional<PartingRims> rims_around(const MeshDraft& draft, std::vector<TriangleId> region,
+                                       std::unordered_set<TriangleId> inside) {
   std::set<Edge> edges;
-  std::vector<BottomRim> of_ground;
+  PartingRims rims;
   for (bool has_grown = true; std::exchange(has_grown, false);) {
     edges = edges_around(draft, region, inside);
-    of_ground = rims_of(draft, inside, Side::ground, edges);
-    for (std::size_t k = 0; k < of_ground.size() && !has_grown; ++k)
-      if (const auto crumb = crumb_at(draft, of_ground[k].front(), inside)) {
+    rims.of_ground = rims_of(draft, inside, Side::ground, edges);
+    for (std::size_t k = 0; k < rims.of_ground.size() && !has_grown; ++k)
+      if (const auto crumb = crumb_at(draft, rims.of_ground[k].front(), inside)) {
         region.insert(region.end(), crumb->begin(), crumb->end());
         inside.insert(crumb->begin(), crumb->end());
         has_grown = true;
       }
   }
-  const auto of_region = rims_of(draft, inside, Side::region, std::move(edges));
-  if (of_region.empty() || of_ground.empty()) return std::nullopt;
+  rims.of_region = rims_of(draft, inside, Side::region, std::move(edges));
+  if (rims.of_region.empty() || rims.of_ground.empty()) return std::nullopt;
+  return rims;
+}
 
-  std::map<TriangleId, Triangle> changed;
-  std::vector<Triangle> added;
-  // Gives a corner its own vertex.
-  const auto part = [&](const RimCorner& corner) {
-    const VertexId own = draft.add_vertex(draft.state(corner.vertex));
-    for (const TriangleId t : corner.wedge)
-      for (VertexId& v : changed.try_emplace(t, draft.triangle(t)).first->second.v)
-        if (v == corner.vertex) v = own;
-    return own;
-  };
-  const auto states_of = [&](const BottomRim& rim) {
-    std::vector<VertexState> states;
-    for (const RimCorner& corner : rim) states.push_back(draft.state(corner.vertex));
-    return states;
-  };
-  // Closes a rim whose corners have these vertices; returns the middle of the cap.
-  const auto close = [&](std::vector<VertexId> vertices, const Cap& cap, Side side) {
-    for (const VertexState& s : cap.inner) vertices.push_back(draft.add_vertex(s));
-    for (const auto& [a, b, c] : cap.triangles)
-      added.push_back({side == Side::ground ? std::array{vertices[a], vertices[b], vertices[c]}
-                                            : std::array{vertices[b], vertices[a], vertices[c]},
-                       Surface::wall});
-    return vertices.back();
-  };
-  Island island;
-  for (const BottomRim& rim : of_region) {
+// Gives the two sides vertices of their own along their rims, and closes each with a cap.
+class Parting {
+ public:
+  explicit Parting(MeshDraft& draft) : draft_(draft) {}
+
+  void free(const BottomRim& rim, Island& island) {
     const std::vector<VertexState> states = states_of(rim);
     const Cap cap = cap_of(states);
     std::vector<VertexId> vertices;
-    for (const RimCorner& corner : rim) vertices.push_back(part(corner));
+    for (const RimCorner& corner : rim) vertices.push_back(own_vertex(corner));
     island.any_vertex = close(std::move(vertices), cap, Side::region);
     island.bed_point_world_m = cap.inner.back().position_world_m;
     Vec3 area = Vec3::Zero();
@@ -222,19 +206,64 @@ std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, Vert
                   .cross(states[(i + 1) % states.size()].position_world_m - island.bed_point_world_m);
     island.bed_normal_world = area.stableNormalized();
   }
-  std::set<VertexId> met;
-  for (const BottomRim& rim : of_ground) {
+  void cover_ground(const BottomRim& rim) {
     std::vector<VertexId> vertices;
     for (const RimCorner& corner : rim)
-      vertices.push_back(met.insert(corner.vertex).second ? corner.vertex : part(corner));
+      vertices.push_back(met_.insert(corner.vertex).second ? corner.vertex : own_vertex(corner));
     close(std::move(vertices), cap_of(states_of(rim)), Side::ground);
   }
-  std::vector<TriangleId> removed;
-  for (const auto& [t, after] : changed) {
-    removed.push_back(t);
-    added.push_back(after);
+  // False when the draft can't take the change.
+  bool apply() {
+    std::vector<TriangleId> removed;
+    for (const auto& [t, after] : changed_) {
+      removed.push_back(t);
+      added_.push_back(after);
+    }
+    return draft_.replace(removed, added_);
   }
-  if (!draft.replace(removed, added)) return std::nullopt;
+
+ private:
+  VertexId own_vertex(const RimCorner& corner) {
+    const VertexId own = draft_.add_vertex(draft_.state(corner.vertex));
+    for (const TriangleId t : corner.wedge)
+      for (VertexId& v : changed_.try_emplace(t, draft_.triangle(t)).first->second.v)
+        if (v == corner.vertex) v = own;
+    return own;
+  }
+  std::vector<VertexState> states_of(const BottomRim& rim) const {
+    std::vector<VertexState> states;
+    for (const RimCorner& corner : rim) states.push_back(draft_.state(corner.vertex));
+    return states;
+  }
+  // Closes a rim whose corners have these vertices; returns the middle of the cap.
+  VertexId close(std::vector<VertexId> vertices, const Cap& cap, Side side) {
+    for (const VertexState& s : cap.inner) vertices.push_back(draft_.add_vertex(s));
+    for (const auto& [a, b, c] : cap.triangles)
+      added_.push_back({side == Side::ground ? std::array{vertices[a], vertices[b], vertices[c]}
+                                             : std::array{vertices[b], vertices[a], vertices[c]},
+                        Surface::wall});
+    return vertices.back();
+  }
+
+  MeshDraft& draft_;
+  std::map<TriangleId, Triangle> changed_;
+  std::vector<Triangle> added_;
+  std::set<VertexId> met_;  // along rims of the ground
+};
+
+}  // namespace
+
+std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right) {
+  std::vector<TriangleId> region = parted_skin(draft, left, right);
+  if (region.empty() || area_m2(draft, region) < kLeastArea_m2) return std::nullopt;
+  std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
+  const auto rims = rims_around(draft, std::move(region), std::move(inside));
+  if (!rims) return std::nullopt;
+  Island island;
+  Parting parting(draft);
+  for (const BottomRim& rim : rims->of_region) parting.free(rim, island);
+  for (const BottomRim& rim : rims->of_ground) parting.cover_ground(rim);
+  if (!parting.apply()) return std::nullopt;
   return island;
 }
 
