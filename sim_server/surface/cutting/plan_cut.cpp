@@ -226,7 +226,7 @@ SurfaceCutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const 
     if (refusal->why == kChangedBeneath) return refuse_all(cuts, entries, refusal->why);
     Debt& debt = shares[refusal->edge_id];
     if (debt.share == Share::moves)
-      debt = {refusal->owed_m > kMostOwed_m ? Share::ends : Share::stays, refusal->owed_m};
+      debt = {refusal->owed_m > settings.most_owed_m ? Share::ends : Share::stays, refusal->owed_m};
     else
       debt.share = Share::closed;
     if (debt.share != Share::stays) refused.push_back({refusal->edge_id, StrokeEnd::refused, refusal->why});

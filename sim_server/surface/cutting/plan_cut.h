@@ -1,5 +1,5 @@
-// Plans a step's progressive cuts in one surface (paper B): a pure function from the mesh, the state, the cuts that there
-// are and the instruments' motion to a delta and the cuts afterwards.
+// Plans a step's progressive cuts in one surface (paper B): a pure function from the mesh, the state, the cuts that
+// there are and the instruments' motion to a delta and the cuts afterwards.
 #pragma once
 
 #include <optional>

@@ -27,8 +27,8 @@ struct TemplateCutPlan : CutPlan {
   TemplateCuts after;
 };
 
-// Undoes every temporary part, begins a stroke for each entry, advances all strokes in order, and opens those that go on
-// up to their blades, temporarily. A stroke that is refused ends and keeps its opening; the others go on.
+// Undoes every temporary part, begins a stroke for each entry, advances all strokes in order, and opens those that go
+// on up to their blades, temporarily. A stroke that is refused ends and keeps its opening; the others go on.
 TemplateCutPlan plan_template_cut(const TriangleMesh& mesh, ParticleView particles, const TemplateCuts& cuts,
                                   std::span<const Entry> entries, std::span<const BladeMotion> motions,
                                   const TemplateSettings& settings);

@@ -22,6 +22,7 @@
 
 namespace sectio {
 
+// Distances are at rest, unless they end in `world_m`; cosines are to the heading of a cut, unless they say otherwise.
 struct StrokeSettings {
   double snap_ratio = 0.08;   // a crossing this close to a corner of its edge (ratio of its length) goes through it
   double inset = 0.04;        // least barycentric coordinate of a vertex inside a triangle
@@ -29,6 +30,29 @@ struct StrokeSettings {
   double min_depth_m = 3e-4;  // least depth of a groove
   double release_depth_m = -2e-4;  // the stroke ends when the depth of the tip is below this
   double join_tolerance_m = 2e-3;
+
+  // A blade in a groove, or out of one.
+  double beside_m = 5e-4;            // one this near to a curve is in the groove
+  double stays_beside_m = 8e-4;      // the same, if it was in a groove before
+  double leaves_m = 0.01;            // from the curve that a blade leaves to the place where it is next, at most
+  double resumes_m = 3e-3;           // distance from the end of the groove that a blade leaves, and goes on from
+  double same_sheet_world_m = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
+  double widest_gape_ratio = 4;      // way at rest to a lid's place, over the way in the world, at most
+
+  // A blade ahead of the end of its cut, or behind it.
+  double ahead_cos = 0.5, back_cos = -0.5;
+  double own_way_ratio = 0.5;  // share of the way back at rest, which the blade itself has gone at least
+  double most_owed_m = 3e-3;   // from the end of a cut to its blade, or to where it begins anew
+
+  // Branches and meetings.
+  double node_m = 1.5e-3;       // least distance of a branch, or a crossing, from an end or from where cuts have met
+  double rung_ratio = 0.25;     // it is at a rung this close, as a ratio of the lip's length
+  double along_lip_cos = 0.94;  // to a lip, from which on a cut would run along it
+  double overshoot_m = 2e-4;    // beyond a lip, so that the way leads over it
+
+  // The way over the surface to a place: so many times as long as the straight one, and so much longer. Beyond that it
+  // goes round the body.
+  double longest_way_ratio = 4, longest_detour_m = 2e-3;
 };
 
 // A stroke's knowledge of its blade, whether or not there is a cut under way.

@@ -7,20 +7,8 @@
 namespace sectio {
 namespace {
 
-constexpr int kMostCutsMet = 8;               // in the motion from one pose to the next
-constexpr double kBeside_m = 5e-4;            // a blade this near to a curve is in the groove
-constexpr double kStaysBeside_m = 8e-4;       // the same, if it was in a groove before
-constexpr double kResumes_m = 3e-3;           // distance from the end of the groove that a blade leaves
-constexpr double kNode_m = 1.5e-3;            // least distance of a branch from an end
-constexpr double kLeaves_m = 0.01;            // from the curve that a blade leaves to the place where it is next
-constexpr double kOvershoot_m = 2e-4;         // beyond a lip, so that the way leads over it
-constexpr double kOnLip_m = 1e-6;             // an end this near to a place on a lip is there
-constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
-constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this close, as a ratio of the lip's length
-constexpr double kAlongLip = 0.94;            // cosine to a lip
-constexpr double kOwnWay = 0.5;               // share of the way back at rest, which the blade itself has gone at least
-constexpr double kSameSheet_m = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
-constexpr double kWidest = 4;          // way at rest to a lid's place, as a ratio of the way in the world
+constexpr int kMostCutsMet = 8;    // in the motion from one pose to the next
+constexpr double kOnLip_m = 1e-6;  // an end this near to a place on a lip is there
 
 class Advance {
  public:
@@ -39,7 +27,8 @@ class Advance {
     const auto place = find_place();
     if (!place) return out_of_surface();
     const bool was_away = std::exchange(stroke_.seen.was_away, false);
-    if (was_away && stroke_.cuts() && distance_m(*place) > kResumes_m && !leave_cut()) return StrokeEnd::refused;
+    if (was_away && stroke_.cuts() && distance_m(*place) > settings_.resumes_m && !leave_cut())
+      return StrokeEnd::refused;
     stroke_.seen.at_world_m = place->point_world_m;
     stroke_.seen.owed_m = stroke_.cuts() ? distance_m(*place) : 0;
     stroke_.seen.depth_m = (place->point_world_m - blade_.tip_world_m).dot(blade_.up_world);
@@ -56,7 +45,8 @@ class Advance {
 
   std::optional<BladePlace> find_place() const {
     auto place = place_on_skin(draft_, near_, blade_);
-    if (place && stroke_.cuts() && (place->point_world_m - position_of(draft_, stroke_)).norm() < kSameSheet_m)
+    if (place && stroke_.cuts() &&
+        (place->point_world_m - position_of(draft_, stroke_)).norm() < settings_.same_sheet_world_m)
       return place;
     const auto lid = place_on_lid(draft_, grooves_, blade_);
     const auto height_m = [&](const BladePlace& p) { return p.point_world_m.dot(blade_.up_world); };
@@ -77,7 +67,7 @@ class Advance {
     if (!stroke_.cuts() || !stroke_.blade) return StrokeEnd::going;
     const Vec3 end = rest_of(draft_, stroke_), course = course_from(end);
     const auto rim = nearest_on_rims(draft_, grooves_, end, settings_.join_tolerance_m, [&](const Vec3& place) {
-      return (place - end).dot(course) >= kAhead * (place - end).norm();
+      return (place - end).dot(course) >= settings_.ahead_cos * (place - end).norm();
     });
     const Vec3 went_world_m = blade_.tip_world_m - stroke_.blade->tip_world_m;
     if (!rim || (went_world_m - went_world_m.dot(blade_.up_world) * blade_.up_world).norm() < rim->distance_m)
@@ -85,12 +75,12 @@ class Advance {
     return run_into(rim->rest_body_m);
   }
 
-  // The cut goes to a place on a lip and over it, so that the two meet. A cut that has come to the lip already goes over
-  // it in its course.
+  // The cut goes to a place on a lip and over it, so that the two meet. A cut that has come to the lip already goes
+  // over it in its course.
   StrokeEnd run_into(const Vec3& rest_body_m) {
     const Vec3 end = rest_of(draft_, stroke_), way = rest_body_m - end;
     const Vec3 over = way.norm() > kOnLip_m ? Vec3(way.normalized()) : course_from(end);
-    return end_of(walk_to({rest_body_m + kOvershoot_m * over, kNone}));
+    return end_of(walk_to({rest_body_m + settings_.overshoot_m * over, kNone}));
   }
 
   static StrokeEnd end_of(WalkEnd walked) {
@@ -148,10 +138,11 @@ class Advance {
         if (start == Start::waits) return end;
         if (i > 0 && !stroke_.cuts()) return end;
       } else if (is_back(place)) {
-        const auto beside = nearest_on_curves(draft_, grooves_, place.rest_body_m, kStaysBeside_m);
-        const auto curve = beside ? beside : nearest_on_curves(draft_, grooves_, place.rest_body_m, kLeaves_m);
+        const auto beside = nearest_on_curves(draft_, grooves_, place.rest_body_m, settings_.stays_beside_m);
+        const auto curve = beside ? beside : nearest_on_curves(draft_, grooves_, place.rest_body_m, settings_.leaves_m);
         if (curve) stroke_.seen.on_lid_body_m = curve->rest_body_m;
-        if (beside || !curve || (place.rest_body_m - draft_.rest(stroke_.cell.apex)).norm() < kNode_m) return end;
+        if (beside || !curve || (place.rest_body_m - draft_.rest(stroke_.cell.apex)).norm() < settings_.node_m)
+          return end;
         if (!stroke_.seen.has_dragged_end) {
           if (!leave_cut()) return StrokeEnd::refused;
           continue;
@@ -182,15 +173,15 @@ class Advance {
     owed_m_ = distance_m(place);
     if (stroke_.bottom == kNone) return true;
     if (stroke_.points > 1) {
-      if (owed_m_ < kNode_m) return true;
-      if (const auto curve = nearest_on_curves(draft_, grooves_, place.rest_body_m, kLeaves_m))
+      if (owed_m_ < settings_.node_m) return true;
+      if (const auto curve = nearest_on_curves(draft_, grooves_, place.rest_body_m, settings_.leaves_m))
         stroke_.seen.on_lid_body_m = curve->rest_body_m;
       return leave_cut();
     }
     const VertexId v = stroke_.cell.apex;
     const auto from = lip_from(draft_, v), to = lip_to(draft_, v);
     if (from && to && draft_.rest(from->to) == draft_.rest(to->from)) grooves_.ends[v] = stroke_.bottom;
-    if (owed_m_ < kMostOwed_m) {
+    if (owed_m_ < settings_.most_owed_m) {
       stroke_.seen.on_lid_body_m = draft_.rest(v);
     } else {
       stroke_.seen.on_lid_body_m.reset();
@@ -214,7 +205,7 @@ class Advance {
   bool is_behind(const Vec3& rest_body_m) const {
     if (stroke_.heading_body.isZero()) return false;
     const Vec3 way = rest_body_m - draft_.rest(stroke_.cell.apex);
-    return way.dot(stroke_.heading_body) < kBack * way.norm();
+    return way.dot(stroke_.heading_body) < settings_.back_cos * way.norm();
   }
 
   // The blade has gone back along its cut, or has left the groove beside it.
@@ -224,8 +215,8 @@ class Advance {
       if (t == place.triangle) return false;
     if (is_behind(place.rest_body_m)) return true;
     const Vec3 apex = draft_.rest(stroke_.cell.apex), way = place.rest_body_m - apex;
-    return stroke_.seen.on_lid_body_m && (*stroke_.seen.on_lid_body_m - apex).norm() > kResumes_m &&
-           way.dot(stroke_.heading_body) < kAhead * way.norm();
+    return stroke_.seen.on_lid_body_m && (*stroke_.seen.on_lid_body_m - apex).norm() > settings_.resumes_m &&
+           way.dot(stroke_.heading_body) < settings_.ahead_cos * way.norm();
   }
 
   // The cut is open up to the blade already, or beyond it and the blade has not gone back itself. Tissue swings to and
@@ -236,15 +227,15 @@ class Advance {
     if (!stroke_.cuts() || !stroke_.temporary_inverse || !stroke_.blade) return false;
     const Vec3 end = rest_of(draft_, stroke_), way = place.rest_body_m - end;
     const Vec3 cut = end - draft_.rest(stroke_.cell.apex);
-    const bool is_short = cut.norm() < kNode_m && !stroke_.heading_body.isZero();
+    const bool is_short = cut.norm() < settings_.node_m && !stroke_.heading_body.isZero();
     const Vec3 ahead = is_short ? stroke_.heading_body : Vec3(cut.stableNormalized());
     const double far_m = way.norm(), along_m = way.dot(ahead);
     const Vec3 went_world_m = went_beside_its_exit(place);
     if (far_m < settings_.min_step_m) return went_world_m.norm() < settings_.min_step_m;
     const Vec3 way_world = (place.point_world_m - position_of(draft_, stroke_)).stableNormalized();
     const double in_m = (stroke_.blade->tip_world_m - blade_.tip_world_m).dot(blade_.up_world);
-    if (std::max(in_m, went_world_m.dot(way_world)) > kOwnWay * far_m) return false;
-    return along_m < kBack * far_m || (far_m < kNode_m && along_m < kAhead * far_m);
+    if (std::max(in_m, went_world_m.dot(way_world)) > settings_.own_way_ratio * far_m) return false;
+    return along_m < settings_.back_cos * far_m || (far_m < settings_.node_m && along_m < settings_.ahead_cos * far_m);
   }
 
   // The blade's motion at the skin since the cut was made, without what draws it out along itself or straight out of
@@ -263,7 +254,8 @@ class Advance {
 
   // A wide gape lies over the end of the cut, while its lips are elsewhere at rest.
   bool is_far_at_rest(const BladePlace& place) const {
-    return distance_m(place) > kWidest * (place.point_world_m - position_of(draft_, stroke_)).norm() + kNode_m;
+    return distance_m(place) >
+           settings_.widest_gape_ratio * (place.point_world_m - position_of(draft_, stroke_)).norm() + settings_.node_m;
   }
 
   // The lid is over the last pieces of the cut itself.
@@ -298,8 +290,8 @@ class Advance {
   }
 
   bool is_in_groove(const Vec3& rest_body_m) {
-    const auto curve =
-        nearest_on_curves(draft_, grooves_, rest_body_m, stroke_.seen.on_lid_body_m ? kStaysBeside_m : kBeside_m);
+    const auto curve = nearest_on_curves(draft_, grooves_, rest_body_m,
+                                         stroke_.seen.on_lid_body_m ? settings_.stays_beside_m : settings_.beside_m);
     if (!curve) return false;
     for (const VertexId v : {curve->lip.from, curve->lip.to}) {
       const Vec3 way = rest_body_m - draft_.rest(v);
@@ -317,14 +309,14 @@ class Advance {
     if (is_in_groove(here)) return Start::waits;
     if (!stroke_.met.empty() && goes_on_over(stroke_.met.back()[0], here)) return Start::begun;
     const bool was_in_groove = stroke_.seen.on_lid_body_m.has_value();
-    const VertexId end =
-        was_in_groove ? end_near(here, kResumes_m, kAhead) : end_near(here, settings_.join_tolerance_m, 0);
+    const VertexId end = was_in_groove ? end_near(here, settings_.resumes_m, settings_.ahead_cos)
+                                       : end_near(here, settings_.join_tolerance_m, 0);
     if (end != kNone) return resume(end, here);
     if (was_in_groove)
-      if (const auto curve = nearest_on_curves(draft_, grooves_, here, kLeaves_m)) {
+      if (const auto curve = nearest_on_curves(draft_, grooves_, here, settings_.leaves_m)) {
         if (branch(*curve, here) == Start::begun) return Start::begun;
         owed_m_ = curve->distance_m;
-        if (owed_m_ < kMostOwed_m) return Start::waits;
+        if (owed_m_ < settings_.most_owed_m) return Start::waits;
       }
     stroke_.seen.on_lid_body_m.reset();
     return begin(place, was_in_groove);
@@ -335,7 +327,7 @@ class Advance {
     const Vec3 at = draft_.rest(v), way = (to_body_m - at).stableNormalized();
     for (const VertexId twin : twins_of(draft_, grooves_, v))
       if (const auto lip = lip_from(draft_, twin);
-          lip && way.dot((draft_.rest(lip->to) - at).stableNormalized()) > kAlongLip)
+          lip && way.dot((draft_.rest(lip->to) - at).stableNormalized()) > settings_.along_lip_cos)
         return false;
     stroke_.heading_body.setZero();
     return branch_off(draft_, stroke_, grooves_, v, to_body_m);
@@ -355,7 +347,8 @@ class Advance {
   Start branch(const PlaceOnCurve& from, const Vec3& to_body_m) {
     const double length_m = (draft_.rest(from.lip.to) - draft_.rest(from.lip.from)).norm();
     const auto is_near = [&](VertexId v, double along) {
-      return along < kBranchAtRung || (along * length_m < kNode_m && twins_of(draft_, grooves_, v).size() != 2);
+      return along < settings_.rung_ratio ||
+             (along * length_m < settings_.node_m && twins_of(draft_, grooves_, v).size() != 2);
     };
     const VertexId rung = rung_at(draft_, grooves_, from.lip, from.along, is_near);
     if (!branch_off(draft_, stroke_, grooves_, rung, to_body_m)) return Start::waits;

@@ -8,12 +8,8 @@ namespace sectio {
 namespace {
 
 constexpr int kMaxCellsPerStep = 100000;
-constexpr double kSnapToRung = 0.25;      // a lip is crossed at a rung this close to it, as a ratio of the lip's length
-constexpr double kSnapToNode_m = 1.5e-3;  // at a place where cuts have met, if it is this close
 constexpr double kSamePlace_m = 1e-7;
 constexpr double kThere_m = 1e-9;         // short of a target on a rim, behind which the surface falls away
-constexpr double kLongest = 4;            // way over the surface, as a ratio of the straight one ...
-constexpr double kDetour_m = 2e-3;        // ... and what it may be longer; beyond, it goes round the body
 constexpr double kCosFold = 0.9;          // between the normals of faces that lie back to back
 constexpr std::size_t kPointsBehind = 6;  // a cut can't run into so many of its own last points
 
@@ -129,7 +125,9 @@ class Walk {
     if (is_at_apex && !enter_at(stroke_.cell.apex)) return WalkEnd::waits;
     Vec3 bary_in = stroke_.bary;
     double way_m = 0;
-    const double most_m = kLongest * (target_.rest_body_m - sectio::rest_of(draft_, stroke_)).norm() + kDetour_m;
+    const double most_m =
+        settings_.longest_way_ratio * (target_.rest_body_m - sectio::rest_of(draft_, stroke_)).norm() +
+        settings_.longest_detour_m;
     for (int i = 0; i < kMaxCellsPerStep; ++i) {
       const auto corners = stroke_.cell.corners();
       if (target_.vertex != kNone && std::ranges::find(stroke_.cell.rim, target_.vertex) != stroke_.cell.rim.end())
@@ -259,7 +257,7 @@ class Walk {
     const double length_m = (draft_.rest(lip.to) - draft_.rest(lip.from)).norm();
     const auto is_near = [&](VertexId v, double along) {
       const bool is_node = twins_of(draft_, grooves_, v).size() > 2;
-      return along < kSnapToRung || (is_node && along * length_m < kSnapToNode_m);
+      return along < settings_.rung_ratio || (is_node && along * length_m < settings_.node_m);
     };
     VertexId rung = rung_at(draft_, grooves_, lip, t, is_near);
     if (is_behind(rung)) rung = rung == lip.from ? lip.to : lip.from;

@@ -5,8 +5,6 @@
 
 namespace sectio {
 
-inline constexpr double kMostOwed_m = 3e-3;  // at rest: from the end of a cut to its blade, or to where it begins anew
-
 // The bottom of the groove under a surface point: on the line of the blade, at most as deep as tip and tissue allow.
 VertexState bottom_under(const MeshDraft& draft, const std::array<VertexId, 3>& corners, const VertexState& surface,
                          const Blade& blade, const StrokeSettings& settings);

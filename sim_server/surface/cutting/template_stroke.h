@@ -18,7 +18,7 @@ struct PlaceOfStroke {
   std::array<VertexId, 3> corners{kNone, kNone, kNone};
   Vec3 bary = Vec3::UnitX();
   VertexId top = kNone;               // the upper end of the cut; kNone: it has cut nothing yet
-  Vec3 point_world_m = Vec3::Zero();  // where the tissue around the cut takes it: a lip may swing about
+  Vec3 point_world_m = Vec3::Zero();  // the tissue around the cut takes it there: a lip may swing about
 
   bool stands_on(VertexId v) const { return v == top || std::ranges::find(corners, v) != corners.end(); }
 
