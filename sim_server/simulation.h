@@ -10,7 +10,7 @@
 #include "common/math/positions_view.h"
 #include "common/mesh/scalar_field.h"
 #include "sim_server/scene/scene.h"
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

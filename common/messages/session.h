@@ -53,7 +53,7 @@ struct SceneInfo {
 // Whether both claim the same body. Then one of the servers is a ghost, or should never have been started.
 bool overlap(const SceneInfo& a, const SceneInfo& b);
 
-// Values of EventKind (sim_server/step/step_io.h) that viewers tell apart.
+// Values of EventKind (sim_server/world/step_io.h) that viewers tell apart.
 constexpr std::uint8_t kCutRefused = 6;
 constexpr std::uint8_t kStepOverrun = 7;
 constexpr std::uint8_t kBodySplit = 9;
@@ -64,7 +64,7 @@ constexpr std::uint8_t kDidNotCut = 28;
 struct SessionEvent {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;
-  std::uint8_t kind = 0;  // EventKind of sim_server/step/step_io.h
+  std::uint8_t kind = 0;  // EventKind of sim_server/world/step_io.h
   std::uint32_t body_id = 0;
   std::uint32_t tool_id = 0;
   std::string text;

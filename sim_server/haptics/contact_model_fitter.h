@@ -5,7 +5,6 @@
 #include <cstdint>
 
 #include "common/math/contact_model.h"
-#include "sim_server/step/step_io.h"
 
 namespace sectio {
 

@@ -18,7 +18,7 @@
 #include "common/messages/epoch.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/validate.h"
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

@@ -16,7 +16,7 @@
 #include "common/messages/inputs.h"
 #include "common/messages/session.h"
 #include "sim_server/net/state_encoder.h"
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

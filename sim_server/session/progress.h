@@ -4,7 +4,7 @@
 #include <chrono>
 #include <optional>
 
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

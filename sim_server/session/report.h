@@ -10,7 +10,7 @@
 
 #include "common/core/time_digest.h"
 #include "sim_server/session/exercise_score.h"
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

@@ -33,9 +33,9 @@ void place_dented(Body& body, const ToolSpec& spec, Tool& tool, const Vec3& at_w
   const double g = tool.own_dent.share();
   felt.surface_velocity_world_m_per_s = around.velocity_m_per_s - g * (tool_m_per_s - around.velocity_m_per_s);
   if (const auto rest = rest_surface(body, at_world_m)) {
-    const double above_home_m = gap_m(spec, *tool.pose, rest->point_world_m, felt.normal_world);
-    const double around_m = tool.sags_more_m + felt.normal_world.dot(around.from_home_m);
-    felt.gap_m = above_home_m - around_m - g * std::max(0.0, around_m - above_home_m);
+    const double above_undeformed_m = gap_m(spec, *tool.pose, rest->point_world_m, felt.normal_world);
+    const double around_m = tool.sags_more_m + felt.normal_world.dot(around.from_undeformed_m);
+    felt.gap_m = above_undeformed_m - around_m - g * std::max(0.0, around_m - above_undeformed_m);
   }
 }
 
@@ -58,7 +58,7 @@ void add_surface(SimulatedWorld& world, std::uint32_t tool_id, Vec3 at_world_m, 
       felt.surface_velocity_world_m_per_s = velocity_at(body, near->triangle, at_world_m);
       const auto rest = rest_surface(body, at_world_m);
       const Vec3 sags = rest ? Vec3(at_world_m - rest->point_world_m) : Vec3(Vec3::Zero());
-      tool.sags_more_m = near->normal_world.dot(sags - motion_beyond_dent(body, at_world_m).from_home_m);
+      tool.sags_more_m = near->normal_world.dot(sags - motion_beyond_dent(body, at_world_m).from_undeformed_m);
     } else {  // a ball about the tip pushes it
       if (const auto rest = rest_surface(body, at_world_m)) felt.normal_world = rest->normal_world;
       place_dented(body, spec, tool, at_world_m, world.scene.step_s, felt);

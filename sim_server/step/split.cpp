@@ -1,9 +1,9 @@
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "sim_server/body_contact/mass_properties.h"
 #include "sim_server/components/leave.h"
 #include "sim_server/step/commit.h"
@@ -44,18 +44,9 @@ std::unique_ptr<Body> make_body(Body& parent, Leaving& leaving, const BodySpec& 
                                 frame, &parent, leaving.vertex_from);
 }
 
-void announce(const Body& part, std::uint32_t parent_id, StepContext& context) {
-  const char* kind = !part.deforms() ? "rigid" : part.spec.fixed ? "anchored" : "deformable";
-  context.emit(EventKind::body_split, parent_id, 0, part.spec.name + ", " + kind);
-  context.output.new_bodies.push_back({part.id, parent_id, part.spec.name});
-  context.output.publish_now = true;
-}
-
 void announce_removed(double volume_m3, std::uint32_t parent_id, StepContext& context) {
   context.output.report.removed_volume_m3 += volume_m3;
-  char text[64];
-  std::snprintf(text, sizeof text, "%.3g mm3", volume_m3 * 1e9);
-  context.emit(EventKind::fragment_removed, parent_id, 0, text);
+  context.emit(EventKind::fragment_removed, parent_id, 0, formatted("%.3g mm3", volume_m3 * 1e9));
 }
 
 // The component with fixed vertices stays the body: the largest if there are several, and the largest of all if no
@@ -79,10 +70,7 @@ void split_body(SimulatedWorld& world, StepContext& context, std::uint32_t body_
       std::unique_ptr<Body> made =
           make_body(body, leaving, spec, world.scene, static_cast<std::uint32_t>(world.bodies.size()),
                     body.frame_world(part.vertices.front()));
-      for (Tool& tool : world.tools) tool.grasp.part_left(body_id, *made, leaving.vertex_from);
-      announce(*made, body_id, context);
-      world.add_part(std::move(made), body, leaving.vertex_from);
-      context.bodies.emplace_back();
+      welcome_part(world, context, body_id, std::move(made), leaving.vertex_from);
     }
     const bool left = commit(world, context, body_id, {Cause::part_left, std::move(leaving.delta), {}});
     SECTIO_ASSERT(left, "a whole part can be removed");

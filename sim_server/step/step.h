@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 #include "sim_server/world/world.h"
 
 namespace sectio {

@@ -170,14 +170,14 @@ Vec3 Body::velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, co
   return velocity;
 }
 
-Vec3 Body::home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const {
+Vec3 Body::undeformed_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const {
   Vec3 rest = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i)
     if (v[i] != kNone) rest += bary[static_cast<int>(i)] * mesh.rest_body_m(v[i]);
   return frame_world(v[0]).to_world(rest);
 }
 
-Vec3 Body::home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const {
+Vec3 Body::undeformed_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const {
   Vec3 normal_body = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
     Vec3 area = Vec3::Zero();

@@ -17,10 +17,10 @@
 #include "sim_server/body_contact/rigid_motion.h"
 #include "sim_server/engine/engine_table.h"
 #include "sim_server/scene/scene.h"
-#include "sim_server/step/step_io.h"
 #include "sim_server/surface/indentation/contact_templates.h"
 #include "sim_server/world/change.h"
 #include "sim_server/world/recovery.h"
+#include "sim_server/world/step_io.h"
 #include "sim_server/world/swept_tissue.h"
 
 namespace sectio {
@@ -67,9 +67,9 @@ class Body {
   Pose frame_world(VertexId v) const { return engines.deformation->rest_frame_world(v); }
   // A point of the undeformed surface in the world; and the normal there, smooth over edges, which turns with tissue
   // that sags or falls, but not with a dent.
-  Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
-  Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
-  // The direction of a blade in the tissue at rest. The home frame does not turn with the dent that the blade makes.
+  Vec3 undeformed_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  Vec3 undeformed_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  // The direction of a blade in the tissue at rest. The frame at rest does not turn with the dent that the blade makes.
   void express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion);
   // The tissue swept by blades; made when it is first asked for, before the first cut.
   SweptTissue& swept_tissue();

@@ -212,8 +212,8 @@ void EdgeContact::press_round(const Pose& before) {
 
 void EdgeContact::stand_at(const SurfaceSample& sample) {
   press_.stand_at_tip(sample.triangle, sample.bary);
-  normal_ = body_.home_normal_world(MeshDraft(body_.mesh, body_.particle_view()),
-                                    body_.mesh.triangle(sample.triangle).v, sample.bary);
+  normal_ = body_.undeformed_normal_world(MeshDraft(body_.mesh, body_.particle_view()),
+                                          body_.mesh.triangle(sample.triangle).v, sample.bary);
 }
 
 void EdgeContact::hold_particles(std::span<const HeldParticle> held) {
@@ -247,8 +247,8 @@ void EdgeContact::pressed(bool is_active) {
   point_ = body_.position_at(c.v, {c.w[0], c.w[1], c.w[2]});
   const double above_m = (c.target_world_m - point_).dot(normal_);
   if (!is_active && above_m > kLetGo_m) return set_free();
-  const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
-  const double displacement_m = (home - c.target_world_m).dot(normal_);
+  const Vec3 undeformed = body_.undeformed_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
+  const double displacement_m = (undeformed - c.target_world_m).dot(normal_);
   // A sharp edge that is pushed in deep breaks in; skin slips off what is blunt.
   if (edge_.is_blunt() && slips_through(displacement_m, c.target_world_m - kBeneath_m * normal_))
     return slip_off(kPushedThrough);
@@ -282,9 +282,9 @@ void EdgeContact::pressed_round(std::span<const Reaction> reactions) {
   if (is_beneath_skin()) return slip_off(kPressedTooFar);
   stand_at(middle->nearest);
   point_ = middle->point_world_m;
-  const Vec3 home = body_.home_world_m(body_.mesh.triangle(press_.triangle()).v, press_.bary());
+  const Vec3 undeformed = body_.undeformed_world_m(body_.mesh.triangle(press_.triangle()).v, press_.bary());
   const Vec3 ahead = press_.tool_point_world_m(edge_) - (edge_.ball_radius_m() + kBeneath_m) * normal_;
-  if (slips_through((home - middle->nearest.target_world_m).dot(normal_), ahead)) slip_off(kPushedThrough);
+  if (slips_through((undeformed - middle->nearest.target_world_m).dot(normal_), ahead)) slip_off(kPushedThrough);
 }
 
 // There is no tissue ahead of what presses any more.

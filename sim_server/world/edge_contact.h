@@ -10,7 +10,6 @@
 
 #include "sim_server/collision/front_tracker.h"
 #include "sim_server/haptics/contact_model_fitter.h"
-#include "sim_server/step/step_io.h"
 #include "sim_server/world/body.h"
 #include "sim_server/world/edge_meets_body.h"
 #include "sim_server/world/edge_stroke.h"
@@ -18,6 +17,7 @@
 #include "sim_server/world/press_point.h"
 #include "sim_server/world/round_contact.h"
 #include "sim_server/world/rupture_gauge.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

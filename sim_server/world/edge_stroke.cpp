@@ -91,9 +91,9 @@ EdgeStroke::Outcome EdgeStroke::follow(Body& body, const StrokeStep& step) {
 // Both on the way since the last cut, and from where the end of the cut was at rest: others may hold tissue aside.
 bool EdgeStroke::tissue_slips_off(const Body& body, const StrokeStep& step, const Blade& blade,
                                   const Vec3& at_surface_world_m) const {
-  const Vec3 home_world_m = step.frame_world.to_world(body.mesh.rest_body_m(step.cut.follows));
+  const Vec3 at_rest_world_m = step.frame_world.to_world(body.mesh.rest_body_m(step.cut.follows));
   const double dragged_m =
-      std::min((blade.tip_world_m - tip_before_world_m_).norm(), (at_surface_world_m - home_world_m).norm());
+      std::min((blade.tip_world_m - tip_before_world_m_).norm(), (at_surface_world_m - at_rest_world_m).norm());
   return dragged_m > kMostDrag_m + kMostDragInDepths * (at_surface_world_m - blade.tip_world_m).norm();
 }
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "sim_server/instruments/instrument.h"
-#include "sim_server/step/step_io.h"
 #include "sim_server/world/body.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

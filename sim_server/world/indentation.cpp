@@ -8,7 +8,7 @@
 namespace sectio {
 namespace {
 
-// A particle that was let go counts as home when it has been slower than this against its face for so long; a vibration
+// A particle that was let go counts as back when it has been slower than this against its face for so long; a vibration
 // of 10 Hz is then below 0.01 mm.
 constexpr double kStill_m_per_s = 5e-4;
 constexpr double kStill_s = 0.02;
@@ -18,8 +18,8 @@ bool moves(const MeshDraft& now, const MeshDraft& original, const TemporaryConta
   return (now.state(contact.particles[i]).velocity_world_m_per_s - of_face).norm() > kStill_m_per_s;
 }
 
-// The contacts that were let go and are not home yet.
-std::vector<ContactPoint> on_the_way_home(Body& body, std::span<const ContactPoint> pressed, double step_s) {
+// The contacts that were let go and are not back yet.
+std::vector<ContactPoint> not_back_yet(Body& body, std::span<const ContactPoint> pressed, double step_s) {
   std::vector<ContactPoint> left;
   const TemporaryContact& contact = body.contact;
   if (contact.points.empty()) return left;
@@ -85,7 +85,7 @@ std::optional<Change> plan_indentation(Body& body, std::span<const ContactPoint>
                                        std::vector<HeldParticle>& held) {
   held.clear();
   std::vector<ContactPoint> all(points.begin(), points.end());
-  const std::vector<ContactPoint> left = on_the_way_home(body, points, step_s);
+  const std::vector<ContactPoint> left = not_back_yet(body, points, step_s);
   if (points.empty() && nothing_new(body.contact, left)) return std::nullopt;
   all.insert(all.end(), left.begin(), left.end());
   MeshDraft draft(body.mesh, body.particle_view());

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "sim_server/step/step_io.h"
 #include "sim_server/world/body.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

@@ -51,7 +51,7 @@ std::optional<PointConstraint> PressPoint::press(Body& body, const InstrumentEdg
   for (std::size_t i = 0; i < 3; ++i) c.w[i] = bary_[static_cast<int>(i)];
   c.target_world_m = tool_point;
   c.unilateral = true;
-  c.normal = body.home_normal_world(MeshDraft(body.mesh, body.particle_view()), c.v, bary_);
+  c.normal = body.undeformed_normal_world(MeshDraft(body.mesh, body.particle_view()), c.v, bary_);
   return c;
 }
 
@@ -84,7 +84,7 @@ std::vector<ContactPoint> PressPoint::press_with_templates(Body& body, const Ins
   const auto to_body = [&](const Vec3& x_world_m) -> Vec3 {
     return frame.orientation.conjugate() * (x_world_m - frame.position_m);
   };
-  const auto normal_world = [&] { return body.home_normal_world(surface, surface.triangle(triangle_).v, bary_); };
+  const auto normal_world = [&] { return body.undeformed_normal_world(surface, surface.triangle(triangle_).v, bary_); };
   const SurfacePoint at =
       seen_along(surface, triangle_, to_body(tool_point), frame.orientation.conjugate() * normal_world());
   triangle_ = at.triangle;
@@ -123,8 +123,9 @@ ContactGap PressPoint::gap(Body& body, const InstrumentEdge& edge, const Vec3& n
   const Pose frame = body.frame_world(original.triangle(triangle_).v[0]);
   const Eigen::Quaterniond to_body = frame.orientation.conjugate();
   const auto beneath_m = [&](const Vec3& q) {
-    const SurfacePoint home = seen_along(original, triangle_, to_body * (q - frame.position_m), to_body * normal_world);
-    return (body.home_world_m(original.triangle(home.triangle).v, home.bary) - q).dot(normal_world);
+    const SurfacePoint above =
+        seen_along(original, triangle_, to_body * (q - frame.position_m), to_body * normal_world);
+    return (body.undeformed_world_m(original.triangle(above.triangle).v, above.bary) - q).dot(normal_world);
   };
   const Vec3 from = tool_point_world_m(edge);
   ContactGap most{beneath_m(from), 0};

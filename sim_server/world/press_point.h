@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "sim_server/step/step_io.h"
 #include "sim_server/world/body.h"
 #include "sim_server/world/instrument_edge.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

@@ -1,4 +1,4 @@
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

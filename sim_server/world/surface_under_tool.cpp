@@ -75,7 +75,7 @@ SurfaceMotion motion_beyond_dent(const Body& body, const Vec3& point_world_m) {
     const double distance_m = (at - point_world_m).norm();
     if (distance_m > kAround_m || !body.mesh.vertex_alive(v)) continue;
     near.push_back({at, now.velocity(v), 1});
-    moved.push_back({at, at - body.home_world_m({v, kNone, kNone}, Vec3::UnitX()), 1});
+    moved.push_back({at, at - body.undeformed_world_m({v, kNone, kNone}, Vec3::UnitX()), 1});
     if (distance_m > kDent_m) beyond.push_back(near.back()), moved_beyond.push_back(moved.back());
   }
   const bool enough = beyond.size() >= kEnough;
@@ -99,8 +99,8 @@ std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m) {
   if (!at) at = body.tree().closest(body.view(), near_world_m, kDent_m);
   if (!at) return std::nullopt;
   const auto& v = body.mesh.triangle(at->triangle).v;
-  return RestSurface{body.home_world_m(v, at->bary),
-                     body.home_normal_world(MeshDraft(body.mesh, body.particle_view()), v, at->bary)};
+  return RestSurface{body.undeformed_world_m(v, at->bary),
+                     body.undeformed_normal_world(MeshDraft(body.mesh, body.particle_view()), v, at->bary)};
 }
 
 double gap_m(const ToolSpec& tool, const JointPose& pose, const Vec3& point_world_m, const Vec3& normal_world) {

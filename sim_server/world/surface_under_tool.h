@@ -37,7 +37,7 @@ double gap_m(const ToolSpec& tool, const JointPose& pose, const Vec3& point_worl
 // The motion of a point of the surface without the dent of an instrument there: the rigid motion of the surface around,
 // which the dent hardly reaches. O(1): a bounded number of vertices is looked at.
 struct SurfaceMotion {
-  Vec3 from_home_m = Vec3::Zero();
+  Vec3 from_undeformed_m = Vec3::Zero();
   Vec3 velocity_m_per_s = Vec3::Zero();
 };
 SurfaceMotion motion_beyond_dent(const Body& body, const Vec3& point_world_m);

@@ -35,7 +35,7 @@ struct Tool {
   std::uint64_t sequence = 0;
   Vec3 velocity_m_per_s = Vec3::Zero();
   TipMotion tip;           // its motion as the hand's side knows it, too
-  double sags_more_m = 0;  // the surface under it, above its home, than the surface around
+  double sags_more_m = 0;  // the surface under it, above the undeformed one, than the surface around
   OwnDent own_dent;
 
   // The motion in this step.

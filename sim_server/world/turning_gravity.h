@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim_server/scene/scene.h"
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 

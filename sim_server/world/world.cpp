@@ -160,11 +160,6 @@ void SimulatedWorld::add(std::unique_ptr<Body> part, Body& parent, std::span<con
         engines_.find_process(named[i]->kind)
             ->in_body({*named[i], scene, part->shared(), part->frame_world(0),
                        is_unread ? nullptr : parent.engines.processes[first + i].get(), vertex_from}));
-  for (Interaction& b : interactions) {
-    if (is_unread || !b.covers(parent.id)) continue;
-    b.bodies.push_back(part->id);
-    b.engine->part_left(parent.shared(), part->shared(), vertex_from);
-  }
   bodies.push_back(std::move(part));
 }
 

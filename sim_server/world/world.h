@@ -36,7 +36,7 @@ struct SimulatedWorld {
   // The specification of the next part that comes off a body.
   const BodySpec& add_part_spec(Body& parent, bool anchored);
   // Adds a part that came off, with the next id, and with edge contacts, a check and processes of its own, while the
-  // parent still has it.
+  // parent still has it. For welcome_part() (step/commit.h), which tells everyone else.
   void add_part(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from);
   // Writes or reads all that is kept from step to step; a world reads it before its first step.
   void archive(Archive& a);

@@ -113,7 +113,7 @@ struct PressedBody {
     p.place.face = original_surface(body).triangle(t).v;
     p.place.bary = Vec3(0.5, 0.3, 0.2);
     const VertexState at = state_at(original_surface(body), p.place);
-    p.normal_world = body.home_normal_world(original_surface(body), p.place.face, p.place.bary);
+    p.normal_world = body.undeformed_normal_world(original_surface(body), p.place.face, p.place.bary);
     p.target_world_m = at.position_world_m - depth_m * p.normal_world;
     return p;
   }

@@ -5,7 +5,7 @@
 
 #include "common/messages/codec.h"
 #include "common/messages/epoch.h"
-#include "sim_server/step/step_io.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio::page_test {
 namespace {
