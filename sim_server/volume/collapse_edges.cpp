@@ -19,7 +19,7 @@ std::optional<EdgeCollapse> plan_one(const Volume& volume, const SharedBody& bod
   const BoundaryChange boundary = boundary_change(volume.topology.collapse_change(v, onto).tetrahedra);
   MeshDraft draft(body.mesh, body.particles.view());
   const auto state = [&](VertexId u) {
-    const TetVertexState& s = volume.draft.vertex(u);
+    const TetVertexState s = volume.state_of(body, u);
     return VertexState{s.rest_body_m, s.position_world_m, s.velocity_m_per_s};
   };
   const auto label = [&](Corners3 corners) {  // the label of the triangle that moves along
@@ -35,7 +35,8 @@ std::optional<EdgeCollapse> plan_one(const Volume& volume, const SharedBody& bod
 
 std::optional<EdgeCollapse> plan_collapse(const Volume& volume, const SharedBody& body, double ratio,
                                           CollapseSearch& search, TopologyDelta& delta) {
-  const BorrowedStates states(volume.draft, [&](VertexId v) { return volume.state_of(body, v); });
+  TetTopology now = volume.topology;
+  now.fetch_states_from([&](VertexId v) { return volume.state_of(body, v); });
   const auto label = [&](const Corners3& corners) {
     return static_cast<int>(body.mesh.triangle(volume.surface.triangle_of(body.mesh, corners)).surface);
   };
@@ -45,8 +46,7 @@ std::optional<EdgeCollapse> plan_collapse(const Volume& volume, const SharedBody
   while (search.next < end && !planned) {
     const VertexId v = search.next++;
     if (volume.is_fixed_at(volume.topology.vertex(v).rest_body_m)) continue;
-    if (const auto onto = collapse_onto(volume.draft, v, ratio, label))
-      planned = plan_one(volume, body, v, *onto, delta);
+    if (const auto onto = collapse_onto(now, v, ratio, label)) planned = plan_one(volume, body, v, *onto, delta);
   }
   if (search.next == count) search.next = std::exchange(search.has_collapsed, false) ? 0 : kNone;
   return planned;
@@ -60,7 +60,6 @@ void collapse(Volume& volume, const SharedBody& body, const EdgeCollapse& planne
   const Volume::Momentum before = volume.momentum(body, std::move(around));
   std::vector<VolumeDeformation::Slot> freed;
   for (const VertexId slot : planned.slots.freed) freed.push_back({slot, kNone});
-  volume.draft.collapse(planned.v, planned.onto);
   volume.deformation.change(body, volume.topology.collapse(planned.v, planned.onto), freed);
   volume.surface.accept(planned.slots);
   volume.conserve_momentum(body, before);

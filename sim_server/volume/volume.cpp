@@ -10,7 +10,6 @@ Volume::Volume(const TetMesh& mesh, std::vector<VertexId> vertex_of, VolumeDefor
     : deformation(moves),
       is_fixed(std::move(fixed)),
       topology(mesh),
-      draft(mesh),
       surface(std::move(vertex_of), mesh.vertices_body_m.size()),
       mean_edge_m(sectio::mean_edge_m(mesh)) {
   visited.begin(topology.vertex_count());

@@ -47,15 +47,12 @@ struct Volume {
   template <class A>
   void archive(A& a) {
     a(topology, surface, mean_edge_m);
-    if (!a.reads()) return;
-    draft = topology;
-    visited.begin(topology.vertex_count());
+    if (a.reads()) visited.begin(topology.vertex_count());
   }
 
   VolumeDeformation& deformation;
   IsFixed is_fixed;  // empty: nothing is
   TetTopology topology;
-  mutable TetTopology draft;  // scratch, in which plans are made: equals the topology between plans
   SurfaceMap surface;
   double mean_edge_m;
   mutable VertexSet visited;  // scratch

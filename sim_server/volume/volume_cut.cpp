@@ -43,7 +43,7 @@ double opened_m2(const TetTopology& volume, const BoundaryChange& boundary) {
 }  // namespace
 
 std::optional<VolumeCut> VolumeCutPlanner::plan(std::span<const BladeAtWork> at_work, MeshDraft& surface) {
-  const BorrowedStates states(draft_, [&](VertexId v) { return tissue_.state_of(v); });
+  draft_.fetch_states_from([this](VertexId v) { return tissue_.state_of(v); });
   VolumeCut cut;
   cut.undone = tracks_.front;
   const TetDelta* front = cut.undone ? &cut.undone->delta : nullptr;
@@ -73,11 +73,9 @@ std::optional<VolumeCut> VolumeCutPlanner::plan(std::span<const BladeAtWork> at_
 }
 
 void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, const VolumeFront* front) {
-  for (TetTopology* topology : {&volume.topology, &volume.draft}) {
-    if (cut.undone) apply(inverse(cut.undone->delta), *topology);
-    apply(cut.lasting, *topology);
-    if (front) apply(front->delta, *topology);
-  }
+  if (cut.undone) apply(inverse(cut.undone->delta), volume.topology);
+  apply(cut.lasting, volume.topology);
+  if (front) apply(front->delta, volume.topology);
   volume.surface.accept(cut.slots);
   std::vector<VolumeDeformation::Slot> slots;
   for (const VertexId slot : cut.slots.freed) slots.push_back({slot, kNone});

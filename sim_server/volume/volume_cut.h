@@ -37,7 +37,7 @@ class VolumeCutPlanner {
       : volume_(tissue.volume),
         tissue_(tissue),
         tracks_(tracks),
-        draft_(tissue.volume.draft),
+        draft_(tissue.volume.topology),
         front_labels_(tracks.front ? &tracks.front->labels : nullptr) {}
 
   // Nothing when nothing opens, or when the surface would be no manifold. `surface`: what the cut makes of the surface.
@@ -57,7 +57,7 @@ class VolumeCutPlanner {
   const Volume& volume_;
   const Tissue& tissue_;
   BladeTracks tracks_;
-  TetTopology& draft_;
+  TetTopology draft_;
   const SurfaceLabels* front_labels_;  // labels of the undone front; nullptr: there is none
   std::size_t lasting_operations_ = 0;
   std::vector<std::uint32_t> tried_;

@@ -210,7 +210,6 @@ void VolumeCutting::remove_component(const SharedBody& body, std::span<const Ver
   double volume_m3 = 0;
   for (const std::uint32_t t : tetrahedra) volume_m3 += volume_->topology.volume_m3(t);
   has_come_apart_ |= volume_m3 > settings_.least_half_cubic_edges * std::pow(volume_->mean_edge_m, 3);
-  volume_->draft.remove(tetrahedra);
   const TetChange change = volume_->topology.remove(tetrahedra);
   std::vector<VolumeDeformation::Slot> dead;
   for (const VertexId slot : slots) dead.push_back({slot, kNone});

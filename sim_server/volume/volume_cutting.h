@@ -4,11 +4,11 @@
 // that is temporary (volume_front.h).
 //
 //   plan(): tracks are extended; in a draft of the topology the front is taken back and sheets are cut; a VolumeCut and
-//           the surface's delta are what comes of it; the draft is as before
+//           the surface's delta are what comes of it; the draft is dropped
 //   accept(): the VolumeCut of the plan is applied to topology, model, slots and state; tracks are those of the plan
 //
-// Cost of a step with a cut: O(tetrahedra that are cut, those of the front, and their neighbours), whatever the
-// volume's size.
+// Cost of a step with a cut: O(tetrahedra that are cut, those of the front, and their neighbours), and the few
+// microseconds that a draft of the volume takes (common/core/shared_pages.h).
 #pragma once
 
 #include <memory>

@@ -14,19 +14,19 @@ constexpr double kBeside = -0.25;  // least barycentric weight in a piece that a
 
 }  // namespace
 
-FrontRollback::FrontRollback(TetTopology& volume, const TetDelta* front) : volume_(volume), front_(front) {
+FrontRollback::FrontRollback(TetTopology& draft, const TetDelta* front) : draft_(draft), front_(front) {
   if (!front_) return;
   before_ = change_of(*front_);
   for (std::size_t k = 0; k < before_.tetrahedra.size(); ++k) {
     const TetEdit& e = before_.tetrahedra[k];
     piece_of_.emplace_back(e.origin, static_cast<std::uint32_t>(k));
     for (const VertexId v : e.after)
-      if (const auto [state, is_new] = corner_.insert(v); is_new) state = volume_.vertex(v);
+      if (const auto [state, is_new] = corner_.insert(v); is_new) state = draft_.vertex(v);
   }
   std::ranges::sort(piece_of_);
   std::unordered_map<VertexId, TetVertexState> joined;  // vertices with a twin, and twins that had a twin
   const auto state = [&](VertexId v) -> TetVertexState& {
-    return joined.try_emplace(v, volume_.vertex(v)).first->second;
+    return joined.try_emplace(v, draft_.vertex(v)).first->second;
   };
   for (const auto& [v, twin, share] : front_->joins) {
     const TetVertexState other = state(twin);
@@ -34,20 +34,15 @@ FrontRollback::FrontRollback(TetTopology& volume, const TetDelta* front) : volum
     kept.position_world_m += share * (other.position_world_m - kept.position_world_m);
     kept.velocity_m_per_s += share * (other.velocity_m_per_s - kept.velocity_m_per_s);
   }
-  apply(inverse(*front_), volume_);
+  apply(inverse(*front_), draft_);
   for (const auto& [v, twin, share] : front_->joins)
-    if (const TetVertexState& s = joined.at(v); v < volume_.vertex_count())
-      volume_.set_state(v, s.position_world_m, s.velocity_m_per_s);
-}
-
-FrontRollback::~FrontRollback() {
-  volume_.undo_to(0);
-  if (front_) apply(*front_, volume_);
+    if (const TetVertexState& s = joined.at(v); v < draft_.vertex_count())
+      draft_.set_state(v, s.position_world_m, s.velocity_m_per_s);
 }
 
 Vec3 FrontRollback::middle(std::uint32_t t) const {
   Vec3 sum = Vec3::Zero();
-  for (const VertexId v : volume_.tetrahedra()[t]) sum += 0.25 * volume_.vertex(v).rest_body_m;
+  for (const VertexId v : draft_.tetrahedra()[t]) sum += 0.25 * draft_.vertex(v).rest_body_m;
   return sum;
 }
 
@@ -100,33 +95,33 @@ TetVertexState FrontRollback::state_at(const std::vector<Piece>& pieces, const V
 
 std::vector<VertexId> FrontRollback::give_states() {
   if (empty()) return {};
-  const TetChange now = volume_.change();
+  const TetChange now = draft_.change();
   struct Largest {
     std::uint32_t t = kNone, origin = kNone;
     double volume_m3 = 0;
   };
   NumberTable<Largest> largest;  // by vertex
   for (const TetEdit& e : now.tetrahedra) {
-    const double volume_m3 = volume_.volume_m3(e.id);
+    const double volume_m3 = draft_.volume_m3(e.id);
     for (const VertexId v : e.after)
       if (Largest& l = largest.at(v); volume_m3 > l.volume_m3) l = {e.id, e.origin, volume_m3};
   }
   // New vertices, and those that have a twin now. A vertex that only had a twin before stays where the rollback put it.
   std::vector<VertexId> vertices;
-  for (auto v = now.first_added; v < volume_.vertex_count(); ++v)
-    if (const auto [a, b] = *volume_.made_from(v); a == b && a < now.first_added) vertices.push_back(a);
+  for (auto v = now.first_added; v < draft_.vertex_count(); ++v)
+    if (const auto [a, b] = *draft_.made_from(v); a == b && a < now.first_added) vertices.push_back(a);
   sort_unique(vertices);
-  for (auto v = now.first_added; v < volume_.vertex_count(); ++v) vertices.push_back(v);
+  for (auto v = now.first_added; v < draft_.vertex_count(); ++v) vertices.push_back(v);
   std::vector<TetVertexState> states;
   for (const VertexId v : vertices) {
     const Largest& l = largest.at(v);
-    const TetVertexState own = volume_.vertex(v);
+    const TetVertexState own = draft_.vertex(v);
     const std::vector<Piece> pieces = pieces_of(l.origin);
     const Vec3 within = own.rest_body_m + kWithin * (middle(l.t) - own.rest_body_m);
     states.push_back(pieces.empty() ? own : state_at(pieces, own.rest_body_m, within));
   }
   for (std::size_t k = 0; k < vertices.size(); ++k)
-    volume_.set_state(vertices[k], states[k].position_world_m, states[k].velocity_m_per_s);
+    draft_.set_state(vertices[k], states[k].position_world_m, states[k].velocity_m_per_s);
   for (const TetDelta::Join& join : front_->joins)
     if (join.v < now.first_added) vertices.push_back(join.v);
   sort_unique(vertices);
@@ -136,7 +131,7 @@ std::vector<VertexId> FrontRollback::give_states() {
 void FrontRollback::find_origins(TetChange& change) const {
   if (empty()) return;
   std::unordered_map<std::uint32_t, std::uint32_t> whole_of;  // by tetrahedron now; asked, never walked
-  for (const TetEdit& e : volume_.change().tetrahedra) whole_of[e.id] = e.origin;
+  for (const TetEdit& e : draft_.change().tetrahedra) whole_of[e.id] = e.origin;
   for (TetEdit& e : change.tetrahedra) {
     if (e.after == kNoTetrahedron) continue;
     const auto of = whole_of.find(e.id);

@@ -1,5 +1,4 @@
-// Takes a volume's temporary front back for as long as a plan lasts. All that the plan does to the volume, a draft, is
-// undone when the rollback is destroyed, and the front is there again.
+// Takes a volume's temporary front back in a draft, in which a plan is made then.
 //
 // The rollback remembers the motion of the tissue with the front, so that tissue that stays where it is keeps its
 // state, whatever elements it is in afterwards. Displacement and velocity are linear in each piece of a tetrahedron
@@ -16,9 +15,8 @@ namespace sectio {
 
 class FrontRollback {
  public:
-  // `front` leads to the volume as it is; nullptr: there is no front. Both outlive this.
-  FrontRollback(TetTopology& volume, const TetDelta* front);
-  ~FrontRollback();
+  // `front` leads to the draft as it is; nullptr: there is no front. Both outlive this.
+  FrontRollback(TetTopology& draft, const TetDelta* front);
   FrontRollback(const FrontRollback&) = delete;
   FrontRollback& operator=(const FrontRollback&) = delete;
 
@@ -29,7 +27,7 @@ class FrontRollback {
   std::vector<VertexId> give_states();
   // The change from the volume with the front to the volume as it is now. Origins are tetrahedra without the front,
   // until find_origins() makes them those with it. O(front + operations).
-  TetChange change() const { return between(before_, volume_.change()); }
+  TetChange change() const { return between(before_, draft_.change()); }
   void find_origins(TetChange& change) const;
 
  private:
@@ -42,7 +40,7 @@ class FrontRollback {
   std::vector<Piece> pieces_of(std::uint32_t origin) const;
   TetVertexState state_at(const std::vector<Piece>& pieces, const Vec3& rest_body_m, const Vec3& within_body_m) const;
 
-  TetTopology& volume_;
+  TetTopology& draft_;
   const TetDelta* front_;
   TetChange before_;                                               // change by the front
   NumberTable<TetVertexState> corner_;                             // by vertex

@@ -6,7 +6,6 @@
 
 #include "common/core/error.h"
 #include "common/core/sort_unique.h"
-#include "common/mesh/slot_table.h"
 
 namespace sectio {
 namespace {
@@ -16,34 +15,36 @@ void replace(Tetrahedron& t, VertexId from, VertexId to) {
 }
 }  // namespace
 
-TetTopology::TetTopology(const TetMesh& mesh) : tets_(mesh.tetrahedra), star_(mesh.vertices_body_m.size()) {
+TetTopology::TetTopology(const TetMesh& mesh) : tets_(mesh.tetrahedra) {
   for (const Vec3& x : mesh.vertices_body_m) vertices_.push_back({x, x, Vec3::Zero()});
+  star_.resize(vertices_.size());
   for (std::uint32_t t = 0; t < tets_.size(); ++t)
-    for (const VertexId v : tets_[t]) star_[v].push_back(t);
+    for (const VertexId v : tets_[t]) star_.edit(v).push_back(t);
   fetched_.resize(vertices_.size(), 0);
-  give_room(vertices_, tets_, star_, fetched_);
   vertices_before_ = vertices_.size();
   tets_before_ = tets_.size();
 }
 
 void TetTopology::set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s) {
-  vertices_[v].position_world_m = position_world_m;
-  vertices_[v].velocity_m_per_s = velocity_m_per_s;
-  if (v < fetched_.size()) fetched_[v] = fetch_;
+  TetVertexState& state = vertices_.edit(v);
+  state.position_world_m = position_world_m;
+  state.velocity_m_per_s = velocity_m_per_s;
+  if (v < fetched_.size()) fetched_.edit(v) = fetch_;
 }
 
 void TetTopology::fetch_states_from(StateOf source) {
   source_ = std::move(source);
   ++fetch_;
   fetchable_ = vertices_.size();
-  resize_slots(fetched_, vertices_.size(), 0u);
+  fetched_.resize(vertices_.size(), 0);
 }
 
 void TetTopology::fetch(VertexId v) const {
-  fetched_[v] = fetch_;
-  const TetVertexState state = source_(v);
-  vertices_[v].position_world_m = state.position_world_m;
-  vertices_[v].velocity_m_per_s = state.velocity_m_per_s;
+  fetched_.edit(v) = fetch_;
+  const TetVertexState from = source_(v);
+  TetVertexState& state = vertices_.edit(v);
+  state.position_world_m = from.position_world_m;
+  state.velocity_m_per_s = from.velocity_m_per_s;
 }
 
 TetMesh TetTopology::mesh() const {
@@ -95,15 +96,16 @@ TetChange TetTopology::change(std::size_t mark) const {
   for (std::size_t v = change.first_added; v < vertices_.size(); ++v)
     change.added_body_m.push_back(vertices_[v].rest_body_m);
   const std::size_t before = tets_at(mark);
-  seen_.resize(std::max(seen_.size(), tets_.capacity()), 0);
-  ++round_;
+  auto& [by_vertex, seen, round] = scratch_;
+  seen.resize(std::max(seen.size(), tets_.size()), 0);
+  ++round;
   std::vector<std::uint32_t> origin;  // by new tetrahedron
   for (const Operation& operation : std::span(journal_).subspan(mark)) {
     for (std::size_t k = 0; k < operation.tets.size(); ++k) {
       const std::uint32_t t = operation.tets[k];
       if (operation.b != kNone) origin.push_back(t < before ? t : origin[t - before]);
-      if (t >= before || seen_[t] == round_) continue;
-      seen_[t] = round_;
+      if (t >= before || seen[t] == round) continue;
+      seen[t] = round;
       change.tetrahedra.push_back({t, operation.corners[k], tets_[t], t});
     }
   }
@@ -122,18 +124,19 @@ TetDelta TetTopology::take_back(std::size_t mark) {
   for (auto v = static_cast<VertexId>(delta.vertices_before); v < vertices_.size(); ++v)
     delta.added.push_back({vertices_[v].rest_body_m, *made_from(v)});
   std::vector<VertexId>& corners = delta.stars_of;
-  scratch_.resize(std::max(scratch_.size(), vertices_.size()), 0);
+  std::vector<std::uint32_t>& is_corner = scratch_.by_vertex;
+  is_corner.resize(std::max(is_corner.size(), vertices_.size()), 0);
   for (const TetEdit& e : delta.tetrahedra)
     for (const Tetrahedron& t : {e.before, e.after})
       for (const VertexId v : t)
-        if (v != kNone && std::exchange(scratch_[v], 1u) == 0) corners.push_back(v);
-  for (const VertexId v : corners) scratch_[v] = 0;
+        if (v != kNone && std::exchange(is_corner[v], 1u) == 0) corners.push_back(v);
+  for (const VertexId v : corners) is_corner[v] = 0;
   std::ranges::sort(corners);
   for (const VertexId v : corners) delta.stars_after.add(star_[v]);
   for (std::size_t k = journal_.size(); k > mark; undo_to(--k))
     if (const Operation& o = journal_.back(); o.b == kNone) delta.joins.push_back({o.a, o.made, twin_share(o)});
   for (const VertexId v : corners)
-    delta.stars_before.add(v < star_.size() ? std::span(star_[v]) : std::span<std::uint32_t>());
+    delta.stars_before.add(v < star_.size() ? std::span(star_[v]) : std::span<const std::uint32_t>());
   return delta;
 }
 
@@ -146,12 +149,12 @@ void apply(const TetDelta& delta, TetTopology& volume) {
   for (const TetDelta::Vertex& v : delta.added) vertices.push_back({v.rest_body_m, v.rest_body_m, Vec3::Zero()});
   volume.tets_.resize(delta.tetrahedra_after, kNoTetrahedron);
   for (const TetEdit& e : delta.tetrahedra)
-    if (e.id < volume.tets_.size()) volume.tets_[e.id] = e.after;
+    if (e.id < volume.tets_.size()) volume.tets_.edit(e.id) = e.after;
   volume.star_.resize(vertices.size());
   for (std::size_t k = 0; k < delta.stars_of.size(); ++k)
     if (const VertexId v = delta.stars_of[k]; v < vertices.size()) {
       const auto star = delta.stars_after[k];
-      volume.star_[v].assign(star.begin(), star.end());
+      volume.star_.edit(v).assign(star.begin(), star.end());
     }
   volume.fetchable_ = std::min(volume.fetchable_, delta.vertices_before);
   volume.forget();
@@ -161,8 +164,8 @@ TetChange TetTopology::remove(std::span<const std::uint32_t> tetrahedra) {
   SECTIO_ASSERT(journal_.empty(), "what leaves can't be undone");
   TetChange change;
   for (const std::uint32_t t : tetrahedra) {
-    for (const VertexId v : tets_[t]) std::erase(star_[v], t);
-    change.tetrahedra.push_back({t, std::exchange(tets_[t], kNoTetrahedron), kNoTetrahedron, t});
+    for (const VertexId v : tets_[t]) std::erase(star_.edit(v), t);
+    change.tetrahedra.push_back({t, std::exchange(tets_.edit(t), kNoTetrahedron), kNoTetrahedron, t});
   }
   std::ranges::sort(change.tetrahedra, {}, &TetEdit::id);
   return change;
@@ -194,14 +197,14 @@ TetChange TetTopology::collapse(VertexId v, VertexId onto) {
   TetChange change = collapse_change(v, onto);
   for (const TetEdit& e : change.tetrahedra) {
     if (e.before == e.after) continue;
-    tets_[e.id] = e.after;
+    tets_.edit(e.id) = e.after;
     if (e.after == kNoTetrahedron) {
-      for (const VertexId u : e.before) std::erase(star_[u], e.id);
+      for (const VertexId u : e.before) std::erase(star_.edit(u), e.id);
     } else {
-      star_[onto].push_back(e.id);
+      star_.edit(onto).push_back(e.id);
     }
   }
-  star_[v].clear();
+  star_.edit(v).clear();
   return change;
 }
 
@@ -212,21 +215,23 @@ VertexId TetTopology::split(VertexId a, VertexId b, double t) {
   const auto between = [t](const Vec3& p, const Vec3& q) -> Vec3 { return p + t * (q - p); };
   vertices_.push_back({between(from.rest_body_m, to.rest_body_m), between(from.position_world_m, to.position_world_m),
                        between(from.velocity_m_per_s, to.velocity_m_per_s)});
-  star_.emplace_back();
+  star_.push_back({});
   Operation operation{a, b, n, t, {}, {}, {}};
-  for (std::uint32_t& at_b : star_[b]) {
+  for (std::size_t k = 0; k < star_[b].size(); ++k) {
+    std::uint32_t& at_b = star_.edit(b)[k];
     const std::uint32_t old = at_b;
     if (!has(tets_[old], a)) continue;
     const auto made = static_cast<std::uint32_t>(tets_.size());
     operation.tets.push_back(old);
     operation.corners.push_back(tets_[old]);
     tets_.push_back(Tetrahedron(tets_[old]));
-    replace(tets_[made], a, n);
-    replace(tets_[old], b, n);
+    replace(tets_.edit(made), a, n);
+    replace(tets_.edit(old), b, n);
     at_b = made;
     for (const VertexId v : tets_[made])
-      if (v != n && v != b) star_[v].push_back(made);
-    star_[n].insert(star_[n].end(), {old, made});
+      if (v != n && v != b) star_.edit(v).push_back(made);
+    std::vector<std::uint32_t>& at_n = star_.edit(n);
+    at_n.insert(at_n.end(), {old, made});
   }
   SECTIO_ASSERT(!operation.tets.empty(), "an edge has a tetrahedron");
   journal_.push_back(std::move(operation));
@@ -237,9 +242,9 @@ void TetTopology::undo_split(const Operation& operation) {
   for (std::size_t k = operation.tets.size(); k-- > 0;) {
     const std::uint32_t old = operation.tets[k], made = static_cast<std::uint32_t>(tets_.size() - 1);
     for (const VertexId v : tets_[made])
-      if (v != operation.made && v != operation.b) star_[v].pop_back();
-    *std::ranges::find(star_[operation.b], made) = old;
-    replace(tets_[old], operation.made, operation.b);
+      if (v != operation.made && v != operation.b) star_.edit(v).pop_back();
+    *std::ranges::find(star_.edit(operation.b), made) = old;
+    replace(tets_.edit(old), operation.made, operation.b);
     tets_.pop_back();
   }
 }
@@ -250,9 +255,9 @@ VertexId TetTopology::part(VertexId v, std::span<const std::uint32_t> of) {
   Operation operation{v, kNone, twin, 0, star_[v], {}, {of.begin(), of.end()}};
   for (const std::uint32_t t : star_[v]) operation.corners.push_back(tets_[t]);
   journal_.push_back(std::move(operation));
-  star_.emplace_back(of.begin(), of.end());
-  for (const std::uint32_t t : of) replace(tets_[t], v, twin);
-  std::erase_if(star_[v], [&](std::uint32_t t) { return !has(tets_[t], v); });
+  star_.push_back({of.begin(), of.end()});
+  for (const std::uint32_t t : of) replace(tets_.edit(t), v, twin);
+  std::erase_if(star_.edit(v), [&](std::uint32_t t) { return !has(tets_[t], v); });
   SECTIO_ASSERT(!star_[v].empty() && !of.empty(), "both twins have a tetrahedron");
   return twin;
 }
@@ -283,8 +288,8 @@ void TetTopology::undo_part(const Operation& operation) {
   const TetVertexState kept = vertex(v), other = vertex(twin);
   set_state(v, kept.position_world_m + share * (other.position_world_m - kept.position_world_m),
             kept.velocity_m_per_s + share * (other.velocity_m_per_s - kept.velocity_m_per_s));
-  for (const std::uint32_t t : star_[twin]) replace(tets_[t], twin, v);
-  star_[v] = operation.tets;
+  for (const std::uint32_t t : star_[twin]) replace(tets_.edit(t), twin, v);
+  star_.edit(v) = operation.tets;
 }
 
 std::optional<std::array<VertexId, 2>> TetTopology::made_from(VertexId v) const {

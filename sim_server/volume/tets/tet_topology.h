@@ -5,6 +5,8 @@
 //   split   an edge a b at n: each tetrahedron (.. a b ..) becomes (.. a n ..), and (.. n b ..) is new
 //   part    a vertex v gets a twin: some of the tetrahedra at v have the twin instead
 //
+// A copy is cheap, and serves as a draft: it shares what it doesn't change.
+//
 // State is interpolated along the edge, rest position, position and velocity alike: a linear field stays what it was,
 // so that deformation, momentum (with masses by volume) and the energy of each element are unchanged.
 #pragma once
@@ -16,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/shared_pages.h"
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/volume/tets/tet_delta.h"
 
@@ -48,7 +51,7 @@ class TetTopology {
   // are.
   using StateOf = std::function<TetVertexState(VertexId v)>;
   void fetch_states_from(StateOf source);
-  std::span<const Tetrahedron> tetrahedra() const { return tets_; }
+  const SharedPages<Tetrahedron, 64>& tetrahedra() const { return tets_; }
   std::span<const std::uint32_t> star(VertexId v) const { return star_[v]; }
   double volume_m3(std::uint32_t t) const;  // at rest
   double face_m2(VertexId a, VertexId b, VertexId c) const;
@@ -87,11 +90,11 @@ class TetTopology {
   // Nothing for a vertex that is older than the operations.
   std::optional<std::array<VertexId, 2>> made_from(VertexId v) const;
   // Scratch table for algorithms on the volume: by vertex, to be left all 0.
-  std::vector<std::uint32_t>& scratch() { return scratch_; }
+  std::vector<std::uint32_t>& scratch() { return scratch_.by_vertex; }
 
   template <class A>
   void archive(A& a) {
-    a(vertices_, tets_, star_, journal_, vertices_before_, tets_before_, fetch_, fetched_, fetchable_, seen_, round_);
+    a(vertices_, tets_, star_, journal_, vertices_before_, tets_before_, fetch_, fetched_, fetchable_);
   }
 
  private:
@@ -116,32 +119,25 @@ class TetTopology {
   double volume_at(VertexId v) const;
   void fetch(VertexId v) const;
 
+  // A copy begins with tables of its own.
+  struct Scratch {
+    Scratch() = default;
+    Scratch(const Scratch&) {}
+    Scratch& operator=(const Scratch&) { return *this; }
+    std::vector<std::uint32_t> by_vertex, seen;  // by tetrahedron: the round that saw it last
+    std::uint32_t round = 0;
+  };
+
   StateOf source_;
   std::uint32_t fetch_ = 0;
-  mutable std::vector<std::uint32_t> fetched_;  // by vertex: when
-  mutable std::vector<TetVertexState> vertices_;
-  std::vector<Tetrahedron> tets_;
-  std::vector<std::vector<std::uint32_t>> star_;
+  mutable SharedPages<std::uint32_t, 64> fetched_;  // by vertex: when
+  mutable SharedPages<TetVertexState, 32> vertices_;
+  SharedPages<Tetrahedron, 64> tets_;
+  SharedPages<std::vector<std::uint32_t>, 16> star_;
   std::vector<Operation> journal_;
   std::size_t vertices_before_ = 0, tets_before_ = 0;  // without the operations
   std::size_t fetchable_ = 0;                          // vertices
-  mutable std::vector<std::uint32_t> seen_;            // by tetrahedron: the round that saw it last
-  mutable std::uint32_t round_ = 0;
-  std::vector<std::uint32_t> scratch_;
-};
-
-// While this lives, the states of a volume's present vertices come from elsewhere.
-class BorrowedStates {
- public:
-  BorrowedStates(TetTopology& volume, TetTopology::StateOf source) : volume_(volume) {
-    volume.fetch_states_from(std::move(source));
-  }
-  ~BorrowedStates() { volume_.fetch_states_from({}); }
-  BorrowedStates(const BorrowedStates&) = delete;
-  BorrowedStates& operator=(const BorrowedStates&) = delete;
-
- private:
-  TetTopology& volume_;
+  mutable Scratch scratch_;
 };
 
 }  // namespace sectio
