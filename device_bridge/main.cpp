@@ -10,6 +10,7 @@
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/core/stop_signal.h"
 #include "common/dds/find_session.h"
@@ -120,11 +121,8 @@ void log_progress(ServoLog& log, const BridgeNet& net) {
   if (!log.newest.load(r)) return;
   const std::string age =
       r.model_age_s < 0 ? "no model yet" : std::to_string(std::lround(1000 * r.model_age_s)) + " ms";
-  std::array<char, 160> line;
-  std::snprintf(line.data(), line.size(), "%.1f s, force %.2f N, age of model: %s, overruns: %llu, servers: %u",
-                r.sample.tool_time_s, r.force_world_n.norm(), age.c_str(), static_cast<unsigned long long>(r.overruns),
-                net.servers());
-  log_info(line.data());
+  log_info(formatted("%.1f s, force %.2f N, age of model: %s, overruns: %llu, servers: %u", r.sample.tool_time_s,
+                     r.force_world_n.norm(), age.c_str(), static_cast<unsigned long long>(r.overruns), net.servers()));
 }
 
 constexpr double kSessionPatience_s = 60;

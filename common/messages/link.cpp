@@ -1,7 +1,6 @@
 #include "common/messages/link.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "common/core/formatted.h"
 #include "common/core/report_figures.h"
@@ -17,15 +16,11 @@ std::string milliseconds(double seconds) {
 
 std::string line_of(const LinkReport& r) {
   const bool hand = r.kind == ProgramKind::hand;
-  char text[200];
-  if (hand)
-    std::snprintf(text, sizeof text, "hand   %-13.64s sends %.0f poses/s, %.1f contact models/s came, %.1f %% lost",
-                  r.name.c_str(), r.rate_hz, r.came_per_s, 100 * r.lost_fraction);
-  else
-    std::snprintf(text, sizeof text,
-                  "viewer %-13.64s hears %.0f states/s, %.1f came, %.1f %% of their pieces lost, %.0f ms late",
-                  r.name.c_str(), r.rate_hz, r.came_per_s, 100 * r.lost_fraction, 1e3 * r.late_s);
-  std::string line = text;
+  std::string line =
+      hand ? formatted("hand   %-13.64s sends %.0f poses/s, %.1f contact models/s came, %.1f %% lost", r.name.c_str(),
+                       r.rate_hz, r.came_per_s, 100 * r.lost_fraction)
+           : formatted("viewer %-13.64s hears %.0f states/s, %.1f came, %.1f %% of their pieces lost, %.0f ms late",
+                       r.name.c_str(), r.rate_hz, r.came_per_s, 100 * r.lost_fraction, 1e3 * r.late_s);
   if (r.age_median_s > 0)
     line += std::string(hand ? "; a pose is answered after " : "; states are ") + milliseconds(r.age_median_s) +
             (hand ? ", 99 % within " : " old, 99 % within ") + milliseconds(r.age_p99_s);

@@ -1,10 +1,11 @@
 #include "deploy/meshes/paper_box.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <random>
 #include <set>
 #include <utility>
+
+#include "common/core/formatted.h"
 
 namespace sectio {
 namespace {
@@ -79,17 +80,14 @@ TetMesh paper_box() {
 std::string msh(const TetMesh& mesh) {
   std::string text =
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n" + std::to_string(mesh.vertices_body_m.size()) + "\n";
-  char line[120];
   for (std::size_t v = 0; v < mesh.vertices_body_m.size(); ++v) {
     const Vec3& x = mesh.vertices_body_m[v];
-    std::snprintf(line, sizeof line, "%zu %.9g %.9g %.9g\n", v + 1, x.x(), x.y(), x.z());
-    text += line;
+    text += formatted("%zu %.9g %.9g %.9g\n", v + 1, x.x(), x.y(), x.z());
   }
   text += "$EndNodes\n$Elements\n" + std::to_string(mesh.tetrahedra.size()) + "\n";
   for (std::size_t n = 0; n < mesh.tetrahedra.size(); ++n) {
     const Tetrahedron& t = mesh.tetrahedra[n];
-    std::snprintf(line, sizeof line, "%zu 4 2 0 0 %u %u %u %u\n", n + 1, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
-    text += line;
+    text += formatted("%zu 4 2 0 0 %u %u %u %u\n", n + 1, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
   }
   return text + "$EndElements\n";
 }

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <string>
 #include <vector>
 
 #include "common/core/arguments.h"
+#include "common/core/formatted.h"
 #include "deploy/meshes/shapes.h"
 #include "deploy/traces/motions.h"
 #include "deploy/traces/passages.h"
@@ -178,14 +178,11 @@ class Recorder {
     Eigen::Quaterniond q = pose.orientation;
     if (q.coeffs().dot(last_.coeffs()) < 0) q.coeffs() = -q.coeffs();
     last_ = q;
-    char line[160];
-    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", time_s_, pose.position_m.x(),
-                  pose.position_m.y(), pose.position_m.z(), q.w(), q.x(), q.y(), q.z());
-    text_ += line;
+    text_ += formatted("%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", time_s_, pose.position_m.x(), pose.position_m.y(),
+                       pose.position_m.z(), q.w(), q.x(), q.y(), q.z());
     if (has_jaws_) {
-      std::snprintf(line, sizeof line, ",%.6f\n", opening_rad_);
       text_.back() = ',';
-      text_ += line + 1;
+      text_ += formatted("%.6f\n", opening_rad_);
     }
     time_s_ += kStep_s;
   }

@@ -2,8 +2,9 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <initializer_list>
+
+#include "common/core/formatted.h"
 
 namespace sectio {
 namespace {
@@ -200,12 +201,9 @@ std::string trace_of(const Passage& passage) {
   double time_s = 0;
   const auto add = [&](const Place& at) {
     const double half_rad = at.ahead_deg * M_PI / 360;
-    char line[160];
-    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f", time_s, at.tip_world_m.x(),
-                  at.tip_world_m.y(), at.tip_world_m.z(), std::cos(half_rad), 0.0, 0.0, std::sin(half_rad));
-    text += line;
-    std::snprintf(line, sizeof line, ",%.6f", at.opening_rad);
-    if (passage.has_jaws) text += line;
+    text += formatted("%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f", time_s, at.tip_world_m.x(), at.tip_world_m.y(),
+                      at.tip_world_m.z(), std::cos(half_rad), 0.0, 0.0, std::sin(half_rad));
+    if (passage.has_jaws) text += formatted(",%.6f", at.opening_rad);
     text += "\n";
   };
   for (std::size_t i = 0; i < passage.places.size(); ++i) {

@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "device_bridge/device/scripted_device.h"
 #include "device_bridge/device/virtual_hand.h"
 #include "device_bridge/drivers/device_options.h"
@@ -222,11 +222,9 @@ PreparedDevice prepare_device(const DeviceRequest& request) {
 std::vector<std::string> device_list() {
   std::vector<std::string> lines;
   for (const DeviceKind& kind : kDevices) {
-    std::array<char, 400> line;
     const std::string found = kind.here ? kind.here() : "";
     const std::string here = !kind.here ? "" : found.empty() ? "; not here" : "; here: " + found;
-    std::snprintf(line.data(), line.size(), "%-15s  %-74s  %s%s", kind.name, kind.options, kind.meaning, here.c_str());
-    lines.emplace_back(line.data());
+    lines.push_back(formatted("%-15s  %-74s  %s%s", kind.name, kind.options, kind.meaning, here.c_str()));
   }
   return lines;
 }

@@ -1,14 +1,13 @@
 #include "render_client/draw/overlay.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <map>
 
 #include <ft2build.h>
 #include FT_FREETYPE_H
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "render_client/draw/colour_map.h"
 
 namespace sectio {
@@ -131,12 +130,8 @@ void draw_panel(Image& image, const Text& text, const std::vector<std::string>& 
 }
 
 void draw_legend(Image& image, const Text& text, const std::string& name, const FieldRange& range, int left_px) {
-  const auto format = [](const char* pattern, float value) {
-    std::array<char, 32> digits{};
-    std::snprintf(digits.data(), digits.size(), pattern, static_cast<double>(value));
-    return std::string(digits.data());
-  };
-  const std::string before = name + format("   %.4g ", range.least), after = format(" %.4g", range.most);
+  const std::string before = name + formatted("   %.4g ", static_cast<double>(range.least));
+  const std::string after = formatted(" %.4g", static_cast<double>(range.most));
   const int line_px = text.line_height_px(), bar_px = 8 * line_px, before_px = text.width_px(before);
   const Rect panel{left_px + kPanelMargin, image.height_px - kPanelMargin - line_px - 2 * kPanelPadding,
                    before_px + bar_px + text.width_px(after) + 2 * kPanelPadding, line_px + 2 * kPanelPadding};

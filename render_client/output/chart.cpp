@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "common/core/error.h"
@@ -50,14 +49,9 @@ double tick_step(double low, double high, int wanted) {
 }
 
 std::string tick_text(double value, double step) {
-  std::array<char, 48> text{};
-  if (step >= 1e6 || step < 1e-5) {
-    std::snprintf(text.data(), text.size(), "%.3g", value);
-  } else {
-    const int decimals = std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
-    std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-  }
-  return text.data();
+  if (step >= 1e6 || step < 1e-5) return formatted("%.3g", value);
+  const int decimals = std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
+  return formatted("%.*f", decimals, value);
 }
 
 constexpr std::size_t kMaxNamesAbove = 6;  // series whose names have room above the chart

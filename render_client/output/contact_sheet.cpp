@@ -1,9 +1,8 @@
 #include "render_client/output/contact_sheet.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
+#include "common/core/formatted.h"
 #include "render_client/draw/overlay.h"
 
 namespace sectio {
@@ -23,9 +22,7 @@ Image contact_sheet(std::span<const Shot> shots, int columns, int tile_width_px)
     const int x = kGap_px + column * (tile_width_px + kGap_px);
     const int y = kGap_px + row * (tile_height_px + caption_px + kGap_px);
     paste(sheet, downscale(shots[i].image, tile_width_px), x, y);
-    std::array<char, 32> caption{};
-    std::snprintf(caption.data(), caption.size(), "t = %.2f s", shots[i].sim_time_s);
-    text.draw(sheet, x + 2, y + tile_height_px, caption.data(), {215, 220, 226, 255});
+    text.draw(sheet, x + 2, y + tile_height_px, formatted("t = %.2f s", shots[i].sim_time_s), {215, 220, 226, 255});
   }
   return sheet;
 }

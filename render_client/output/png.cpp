@@ -4,14 +4,13 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <vector>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/write_file.h"
 
 namespace sectio {
@@ -75,9 +74,7 @@ PngSequence::PngSequence(std::string directory) : directory_(std::move(directory
 }
 
 void PngSequence::write(const Image& image) {
-  std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), "/frame_%06zu.png", count_);
-  write_png(directory_ + name.data(), image);
+  write_png(directory_ + formatted("/frame_%06zu.png", count_), image);
   ++count_;
 }
 

@@ -7,6 +7,7 @@
 
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/joined.h"
 #include "common/core/write_file.h"
 #include "common/material/regions.h"
@@ -51,18 +52,15 @@ std::string region_name(const std::string& part) {
 std::string as_region(const std::string& part, std::size_t number, const EllipsoidFit& fit) {
   std::string text = "      - name: " + region_name(part) + "\n        colour: " + kColours[number % kColours.size()] +
                      "\n        shapes:\n";
-  char line[240];
   for (const Ellipsoid& e : fit.ellipsoids) {
     const Mat3 m = e.orientation.toRotationMatrix();  // about x, then y, then z
     const double x = std::atan2(m(2, 1), m(2, 2)), z = std::atan2(m(1, 0), m(0, 0));
     const double y = std::atan2(-m(2, 0), std::hypot(m(0, 0), m(1, 0)));
-    std::snprintf(
-        line, sizeof line,
+    text += formatted(
         "          - ellipsoid: {centre_body_m: [%.5g, %.5g, %.5g], radii_m: [%.4g, %.4g, %.4g], rotation_deg: "
         "[%.2f, %.2f, %.2f]}\n",
         e.centre_m.x(), e.centre_m.y(), e.centre_m.z(), e.radii_m.x(), e.radii_m.y(), e.radii_m.z(), x * 180 / M_PI,
         y * 180 / M_PI, z * 180 / M_PI);
-    text += line;
   }
   return text;
 }
@@ -89,16 +87,15 @@ std::string as_regions(const OrganFlags& flags, double unit_m, const Vec3& middl
 
 std::string as_scene(const Vec3& sizes_m, const std::string& tissue, const std::string& regions) {
   const double far_m = 2.4 * sizes_m.norm();
-  char text[900];
-  std::snprintf(text, sizeof text,
-                "# An organ that lies where it was made, held from below.\n"
-                "session: organ\nstep_s: auto\nduration_s: 2\nexpect: {incisions: 0}\n\n"
-                "camera:\n  eye_world_m: [%.4g, %.4g, %.4g]\n  target_world_m: [0, 0, 0]\n  field_of_view_deg: 28\n\n"
-                "bodies:\n  - name: organ\n    mesh: {file: organ.obj, unit: m}\n    model: surface_springs\n%s"
-                "    fixed: {min_world_m: [-5, -5, -5], max_world_m: [5, 5, %.5g]}\n",
-                -0.3 * far_m, -0.75 * far_m, 0.6 * far_m,
-                tissue.empty() ? "" : ("    tissue: " + tissue + "\n").c_str(), (kHeldShare - 0.5) * sizes_m.z());
-  return text + regions;
+  return formatted(
+             "# An organ that lies where it was made, held from below.\n"
+             "session: organ\nstep_s: auto\nduration_s: 2\nexpect: {incisions: 0}\n\n"
+             "camera:\n  eye_world_m: [%.4g, %.4g, %.4g]\n  target_world_m: [0, 0, 0]\n  field_of_view_deg: 28\n\n"
+             "bodies:\n  - name: organ\n    mesh: {file: organ.obj, unit: m}\n    model: surface_springs\n%s"
+             "    fixed: {min_world_m: [-5, -5, -5], max_world_m: [5, 5, %.5g]}\n",
+             -0.3 * far_m, -0.75 * far_m, 0.6 * far_m, tissue.empty() ? "" : ("    tissue: " + tissue + "\n").c_str(),
+             (kHeldShare - 0.5) * sizes_m.z()) +
+         regions;
 }
 
 // By the program for pictures, where it lies beside this one.

@@ -1,8 +1,7 @@
 #include "sim_server/meshing/fill.h"
 
-#include <cstdio>
-
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/mesh/check.h"
 #include "sim_server/meshing/lattice_mesher.h"
 #include "sim_server/meshing/tetgen.h"
@@ -60,14 +59,11 @@ FilledVolume fill(const TriangleSoup& surface, const FillSettings& settings) {
 }
 
 std::string to_string(const FillReport& r) {
-  char text[300];
-  std::snprintf(
-      text, sizeof text,
+  return formatted(
       "%s: %u tetrahedra, %u vertices, smallest dihedral angle %.1f deg, volume %.4f of the surface's, stable "
       "step %.4g ms",
       r.mesher.c_str(), r.tets.tetrahedra, r.tets.vertices, r.tets.smallest_dihedral_deg,
       r.tets.volume_m3 / r.surface_volume_m3, 1e3 * r.stable_step_s);
-  return text;
 }
 
 }  // namespace sectio

@@ -88,8 +88,7 @@ TetMesh fill_with_tetgen(const TriangleSoup& surface, double largest_m3, double 
   write_poly(folder / "organ.poly", surface);
   // p: a surface; Y: keep its triangles; q: radius over edge 1.2, dihedral angles 15 degrees; a: largest volume.
   // These switches gave the largest stable step of those that were tried on organs.
-  char switches[80];
-  std::snprintf(switches, sizeof switches, "-pYq1.2/15a%.9g", largest_m3);
+  const std::string switches = formatted("-pYq1.2/15a%.9g", largest_m3);
   if (const std::string flaw = run({tetgen, switches, folder / "organ.poly"}, limit_s); !flaw.empty())
     throw InputError("tetgen failed: " + flaw);
   if (!fs::exists(folder / "organ.1.ele")) throw InputError("tetgen failed: it wrote no tetrahedra");

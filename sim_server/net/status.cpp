@@ -1,7 +1,6 @@
 #include "sim_server/net/status.h"
 
 #include <chrono>
-#include <cstdio>
 #include <map>
 #include <thread>
 
@@ -24,9 +23,7 @@ constexpr auto kOthers = std::chrono::seconds(1);  // after the first server, fo
 
 // "-" for a number that is not known.
 std::string number(double x, bool known) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%8.3g", x);
-  return known ? text : "       -";
+  return known ? formatted("%8.3g", x) : "       -";
 }
 
 std::string pace_of(double speed) {
@@ -36,21 +33,17 @@ std::string pace_of(double speed) {
 }
 
 std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
-  char line[256];
-  std::snprintf(line, sizeof line,
-                "%.1f s simulated, %s, a step takes %.3g ms of %.3g, %u viewers\n%-20s %8s %8s %8s %8s %8s %8s %8s\n",
+  std::string text =
+      formatted("%.1f s simulated, %s, a step takes %.3g ms of %.3g, %u viewers\n%-20s %8s %8s %8s %8s %8s %8s %8s\n",
                 status.sim_time_s, pace_of(status.speed).c_str(), 1e3 * status.step_wall_time_s, 1e3 * scene.step_s,
                 status.viewers, "body", "error", "cost", "measured", "margin", "residual", "energy", "implicit");
-  std::string text = line;
   for (std::size_t b = 0; b < status.checks.size(); ++b) {
     const BodyCheck& c = status.checks[b];
     const bool planned = c.cpu_estimate > 0;
-    std::snprintf(line, sizeof line, "%-20s %s %s %8.3g %8.3g %8.3g %8.3g %8llu%s\n",
-                  b < scene.bodies.size() ? scene.bodies[b].name.c_str() : "?",
-                  number(c.error_estimate, planned).c_str(), number(c.cpu_estimate, planned).c_str(), c.cpu,
-                  c.stability_margin, c.residual_m, c.energy_gain_j, static_cast<unsigned long long>(c.implicit_steps),
-                  c.asleep ? "  asleep" : "");
-    text += line;
+    text += formatted(
+        "%-20s %s %s %8.3g %8.3g %8.3g %8.3g %8llu%s\n", b < scene.bodies.size() ? scene.bodies[b].name.c_str() : "?",
+        number(c.error_estimate, planned).c_str(), number(c.cpu_estimate, planned).c_str(), c.cpu, c.stability_margin,
+        c.residual_m, c.energy_gain_j, static_cast<unsigned long long>(c.implicit_steps), c.asleep ? "  asleep" : "");
   }
   for (std::size_t t = 0; t < scene.tools.size(); ++t)
     if (is_frozen(status.frozen_tools, t))

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "sim_server/planning/error_law.h"
 
 namespace sectio::planning {
@@ -156,12 +156,9 @@ std::vector<FittedLaw> fit_laws(std::span<const MeasuredError> points) {
 
 std::string to_text(std::span<const FittedLaw> laws) {
   std::string text = "// Fitted to docs/chart.csv by `ninja renew_error_laws`: load, method, {c, p, floor}.\n";
-  for (const FittedLaw& l : laws) {
-    char line[160];
-    std::snprintf(line, sizeof line, "{Load::%s, \"%s\", {%.4g, %.4g, %.4g}},\n", to_string(l.load), l.method.c_str(),
-                  l.law.c, l.law.p, l.law.floor);
-    text += line;
-  }
+  for (const FittedLaw& l : laws)
+    text += formatted("{Load::%s, \"%s\", {%.4g, %.4g, %.4g}},\n", to_string(l.load), l.method.c_str(), l.law.c,
+                      l.law.p, l.law.floor);
   return text;
 }
 

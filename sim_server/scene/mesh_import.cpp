@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <filesystem>
 
 #include "common/core/error.h"
@@ -43,9 +42,7 @@ void refuse_slivers(const TriangleSoup& soup, const std::string& path) {
     const Vec3 u = soup.vertices_body_m[soup.triangles[t][1]] - a, v = soup.vertices_body_m[soup.triangles[t][2]] - a;
     const double longest2 = std::max({u.squaredNorm(), v.squaredNorm(), (u - v).squaredNorm()});
     if (u.cross(v).norm() > kThinnest * longest2) continue;
-    char text[160];
-    std::snprintf(text, sizeof text, ": triangle %zu at (%.6g, %.6g, %.6g) m has no area", t, a.x(), a.y(), a.z());
-    throw InputError(path + text);
+    throw InputError(path + formatted(": triangle %zu at (%.6g, %.6g, %.6g) m has no area", t, a.x(), a.y(), a.z()));
   }
 }
 

@@ -15,6 +15,7 @@
 
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 
 namespace sectio {
 namespace {
@@ -85,11 +86,7 @@ class PipeReader {
       const int ready = left > 0 ? ::poll(&poll_fd, 1, static_cast<int>(std::min<long>(left, 60'000))) : 0;
       if (ready < 0 && errno == EINTR) continue;
       if (ready == 0 && Clock::now() < deadline_) continue;
-      if (ready == 0) {
-        char text[80];
-        std::snprintf(text, sizeof text, "damaged file: not read within %g s", limits_.time_s);
-        refuse(text);
-      }
+      if (ready == 0) refuse(formatted("damaged file: not read within %g s", limits_.time_s));
       const ssize_t got = ::read(reader_.pipe(), to, bytes);
       if (got < 0 && errno == EINTR) continue;
       if (got <= 0) refuse("damaged file, or one that needs more than the memory allowed: " + reader_.ending());

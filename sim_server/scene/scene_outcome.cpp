@@ -1,8 +1,9 @@
 #include "sim_server/scene/scene_outcome.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <string_view>
+
+#include "common/core/formatted.h"
 
 namespace sectio {
 
@@ -84,9 +85,7 @@ std::vector<std::string> task_in_words(const std::string& task, std::span<const 
 
 std::string value_in_words(const Measure& measure, double value) {
   const Unit unit = unit_for(measure);
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", unit.decimals, unit.per_unit * value);
-  return text + std::string(unit.name);
+  return formatted("%.*f", unit.decimals, unit.per_unit * value) + std::string(unit.name);
 }
 
 std::vector<std::string> unmet(std::span<const Expectation> expectations, const Outcome& outcome) {
@@ -94,9 +93,7 @@ std::vector<std::string> unmet(std::span<const Expectation> expectations, const 
   for (const Expectation& e : expectations) {
     const double got = outcome.*e.measure->value;
     if (e.range.contains(got)) continue;
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", got);
-    reasons.push_back(e.measure->key + ": expected " + e.range.in_words() + ", got " + text);
+    reasons.push_back(e.measure->key + ": expected " + e.range.in_words() + formatted(", got %.6g", got));
   }
   return reasons;
 }

@@ -1,7 +1,6 @@
 #include "sim_server/session/blade_watch.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "common/core/formatted.h"
 
@@ -20,9 +19,9 @@ BladeWatch::BladeWatch(const Scene& scene) : scene_(scene) {
 }
 
 std::string BladeWatch::warning(std::uint32_t tool) const {
-  char text[80];
-  std::snprintf(text, sizeof text, " has touched tissue for %.2g s without cutting: ", blades_[tool].contact_time_s);
-  return "tool " + scene_.tools[tool].name + text + reason(tool, blades_[tool]);
+  return "tool " + scene_.tools[tool].name +
+         formatted(" has touched tissue for %.2g s without cutting: ", blades_[tool].contact_time_s) +
+         reason(tool, blades_[tool]);
 }
 
 std::string BladeWatch::reason(std::uint32_t tool, const Blade& blade) const {

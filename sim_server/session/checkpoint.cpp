@@ -3,10 +3,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <condition_variable>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +15,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/core/program_id.h"
 #include "common/core/write_file.h"
@@ -51,9 +50,7 @@ std::map<std::uint64_t, std::uint64_t> checkpoints_in(const std::string& directo
 }
 
 std::string path_of(const std::string& directory, std::uint64_t step) {
-  char name[24];
-  std::snprintf(name, sizeof name, "/%012llu", static_cast<unsigned long long>(step));
-  return checkpoints_path(directory) + name;
+  return checkpoints_path(directory) + formatted("/%012llu", static_cast<unsigned long long>(step));
 }
 
 std::vector<std::uint8_t> read_file(const std::string& path, std::size_t most_bytes = ~std::size_t{0}) {

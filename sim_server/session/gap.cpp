@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cinttypes>
-#include <cstdio>
 
+#include "common/core/formatted.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
 
@@ -29,13 +29,10 @@ std::string measure_gaps(const Scene& scene) {
       sum_m += g.gap_m;
       ++steps;
     }
-    char line[256];
-    std::snprintf(line, sizeof line,
-                  "%s, contact by %s, pressed to %.1f mm: gap at most %.2f mm, in the mean %.2f mm (%" PRIu64
-                  " steps)\n",
-                  scene.bodies[b].name.c_str(), scene.bodies[b].contact.style.c_str(), 1e3 * deepest_m, 1e3 * most_m,
-                  steps > 0 ? 1e3 * sum_m / static_cast<double>(steps) : 0, steps);
-    text += line;
+    text += formatted("%s, contact by %s, pressed to %.1f mm: gap at most %.2f mm, in the mean %.2f mm (%" PRIu64
+                      " steps)\n",
+                      scene.bodies[b].name.c_str(), scene.bodies[b].contact.style.c_str(), 1e3 * deepest_m,
+                      1e3 * most_m, steps > 0 ? 1e3 * sum_m / static_cast<double>(steps) : 0, steps);
   }
   return text;
 }

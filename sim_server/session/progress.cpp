@@ -1,16 +1,15 @@
 #include "sim_server/session/progress.h"
 
 #include <cinttypes>
-#include <cstdio>
 
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 
 namespace sectio {
 
 std::string progress_line(const StepOutput& output, std::optional<std::uint64_t> steps) {
-  char text[128];
-  std::snprintf(text, sizeof text, ", %.2f s simulated, %" PRIu64 " cuts", output.sim_time_s, output.report.cuts_made);
-  return "step " + std::to_string(output.step) + (steps ? " of " + std::to_string(*steps) : "") + text;
+  return "step " + std::to_string(output.step) + (steps ? " of " + std::to_string(*steps) : "") +
+         formatted(", %.2f s simulated, %" PRIu64 " cuts", output.sim_time_s, output.report.cuts_made);
 }
 
 void Progress::show(const StepOutput& output) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cinttypes>
-#include <cstdio>
 #include <numeric>
 #include <vector>
 
@@ -26,11 +25,8 @@ std::string line_of(const JournalScalars& scalars, const std::string& body) {
 
 std::string csv_of(const ScalarField& field) {
   std::string text = "vertex," + field.name + "\n";
-  for (std::size_t v = 0; v < field.values.size(); ++v) {
-    char line[48];
-    std::snprintf(line, sizeof line, "%zu,%.6g\n", v, static_cast<double>(field.values[v]));
-    text += line;
-  }
+  for (std::size_t v = 0; v < field.values.size(); ++v)
+    text += formatted("%zu,%.6g\n", v, static_cast<double>(field.values[v]));
   return text;
 }
 
@@ -41,12 +37,8 @@ std::string replay(const std::string& journal, const std::string& export_directo
   if (!export_directory.empty()) make_directory(export_directory);
   const JournalContents contents = salvage_journal(journal);
   damage = contents.damage;
-  for (const auto& [step, g] : contents.gravity) {
-    char text[128];
-    std::snprintf(text, sizeof text, "gravity turned at step %" PRIu64 " to [%.3g, %.3g, %.3g] m/s2\n", step, g.x(),
-                  g.y(), g.z());
-    lines += text;
-  }
+  for (const auto& [step, g] : contents.gravity)
+    lines += formatted("gravity turned at step %" PRIu64 " to [%.3g, %.3g, %.3g] m/s2\n", step, g.x(), g.y(), g.z());
   const std::vector<JournalBody>& bodies = contents.bodies;
   for (const JournalBody& body : bodies) {
     lines += body.name + ": revision " + std::to_string(body.mesh.revision()) + ", topology hash " +

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/write_file.h"
 #include "sim_server/session/input_log.h"
 
@@ -120,20 +121,17 @@ void write_obj(const std::string& path, const TriangleMesh& mesh, PositionsView 
   std::string text;
   std::vector<std::uint32_t> number(mesh.vertex_slots(), 0);
   std::uint32_t next = 1;
-  char line[96];
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
     if (!mesh.vertex_alive(v)) continue;
     number[v] = next++;
     const Vec3f x = positions_world_m[v];
-    std::snprintf(line, sizeof line, "v %.9g %.9g %.9g\n", double(x[0]), double(x[1]), double(x[2]));
-    text += line;
+    text += formatted("v %.9g %.9g %.9g\n", double(x[0]), double(x[1]), double(x[2]));
   }
   for (const Surface surface : {Surface::skin, Surface::wall}) {
     text += surface == Surface::skin ? "g skin\n" : "g wall\n";
     for (const Triangle& t : mesh.triangles()) {
       if (!t.alive() || t.surface != surface) continue;
-      std::snprintf(line, sizeof line, "f %u %u %u\n", number[t.v[0]], number[t.v[1]], number[t.v[2]]);
-      text += line;
+      text += formatted("f %u %u %u\n", number[t.v[0]], number[t.v[1]], number[t.v[2]]);
     }
   }
   write_file(path, text);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
+#include "common/core/formatted.h"
 #include "common/math/hash.h"
 #include "common/math/solid_angle.h"
 
@@ -311,9 +311,7 @@ std::string to_text(const Hand& hand) {
   std::string text;
   const auto add = [&](const char* format, double value, double usual) {
     if (value == usual) return;
-    char part[64];
-    std::snprintf(part, sizeof part, format, value);
-    text += (text.empty() ? "" : ", ") + std::string(part);
+    text += (text.empty() ? "" : ", ") + formatted(format, value);
   };
   add("shift %g mm", 1e3 * hand.shift_m, 0);
   add("turn %g deg", hand.turn_deg, 0);

@@ -1,7 +1,6 @@
 #include "sim_server/volume/volume_engines.h"
 
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 #include "common/core/error.h"
@@ -165,14 +164,11 @@ void prepare_lattice(BodySpec& body) {
 
 void prepare_tetra_springs(BodySpec& body) {
   const TetSprings springs(body.tets, volume_material(body.material), {}, {body.volume.second_share, 0, true});
-  char text[240];
-  std::snprintf(
-      text, sizeof text,
+  body.mesh_notes.push_back(formatted(
       "springs: Young's modulus %.0f Pa before a correction to %.0f Pa; Poisson's ratio %.2f instead of %.2f: a "
       "net of springs has at most 0.25",
       springs.as_made().mean_young_pa, springs.calibrated().mean_young_pa, springs.calibrated().mean_poisson,
-      body.material.poisson);
-  body.mesh_notes.emplace_back(text);
+      body.material.poisson));
 }
 
 }  // namespace sectio

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numeric>
 #include <set>
@@ -76,15 +75,12 @@ Body::Body(const BodySpec& body, const Scene& scene, std::uint32_t body_id, Make
       make_(std::move(make)) {
   begin({spec, scene, shared(), body.pose});
   const double largest_s = engines.deformation->largest_stable_step_s();
-  if (scene.step_s > largest_s) {
-    char text[256];
-    std::snprintf(text, sizeof text,
-                  "%s: step_s: %g s is beyond the stable step of body '%s', which its young_pa, density_kg_per_m3 and "
+  if (scene.step_s > largest_s)
+    throw InputError(
+        formatted("%s: step_s: %g s is beyond the stable step of body '%s', which its young_pa, density_kg_per_m3 and "
                   "mesh limit; the largest that would do is %.3g s",
                   scene.file.c_str(), scene.step_s, body.name.c_str(),
-                  0.995 * largest_s);  // no digit is rounded up
-    throw InputError(text);
-  }
+                  0.995 * largest_s));  // no digit is rounded up
 }
 
 Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, MakeEngines make, TriangleMesh part_mesh,

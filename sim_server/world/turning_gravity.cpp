@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "common/core/formatted.h"
 
 namespace sectio {
 namespace {
@@ -45,8 +46,7 @@ bool TurningGravity::step(const StepInput& input, StepOutput& output) {
   if (input.gravity_m_per_s2) asked = input.gravity_m_per_s2;
   if (asked && *asked != target_) {
     target_ = *asked;
-    char text[96];
-    std::snprintf(text, sizeof text, "to [%.3g, %.3g, %.3g] m/s2", target_.x(), target_.y(), target_.z());
+    const std::string text = formatted("to [%.3g, %.3g, %.3g] m/s2", target_.x(), target_.y(), target_.z());
     output.events.push_back({output.step, EventKind::gravity_turned, 0, 0, text});
   }
   const Vec3 before = now_;

@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 
+#include "common/core/formatted.h"
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
@@ -51,11 +52,7 @@ std::filesystem::path scene_of(const std::string& model, const std::string& volu
   const Vec3 place_m = -(back * turned.shift_m);
   const Vec3 angles_deg =
       180 / M_PI * Vec3(std::atan2(back(2, 1), back(2, 2)), std::asin(-back(2, 0)), std::atan2(back(1, 0), back(0, 0)));
-  const auto list = [](const Vec3& v) {
-    char text[80];
-    std::snprintf(text, sizeof text, "[%.9f, %.9f, %.9f]", v.x(), v.y(), v.z());
-    return std::string(text);
-  };
+  const auto list = [](const Vec3& v) { return formatted("[%.9f, %.9f, %.9f]", v.x(), v.y(), v.z()); };
   std::ofstream scene(folder / "scene.yaml");
   scene << "session: bar\nstep_s: 0.001\nduration_s: 1.4\ngravity_m_per_s2: [0, 0, -9.81]\nsleep: {after_s: 0}\n"
         << "bodies:\n  - name: bar\n    mesh: {file: bar.obj, unit: m}\n    model: " << model << "\n    volume: {"

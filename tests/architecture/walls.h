@@ -71,7 +71,7 @@ inline const std::vector<Room>& rooms() {
       {"sim_server/scene/engine_traits.h", "", {"sim_server/scene/key.h"}, {}},
       {"sim_server/scene/scene_outcome.",
        "",
-       {"common/math/", "sim_server/scene/key.h", "sim_server/scene/scene_outcome.h"},
+       {"common/core/formatted.h", "common/math/", "sim_server/scene/key.h", "sim_server/scene/scene_outcome.h"},
        {"Eigen/"}},
       {"sim_server/scene/scene.h",
        "",

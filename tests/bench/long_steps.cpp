@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "common/core/formatted.h"
 #include "sim_server/deformation/rigid_aggregates.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "tests/bench/bench.h"
@@ -122,9 +123,7 @@ const bench::Subject subject("long_steps", [](int argc, char** argv) {
     for (const double step_s : {0.001, 1.0 / 60, 1.0 / 30}) {
       const Bar shorter{bar.along, bar.across, step_s < 0.002 ? bar.duration_s / 10 : bar.duration_s};
       const Run r = run(shorter, step_s, VolumeIntegrator::implicit_only);
-      char name[20];
-      std::snprintf(name, sizeof name, "%.3g", 1000 * step_s);
-      print(name, r);
+      print(formatted("%.3g", 1000 * step_s).c_str(), r);
       if (step_s > 0.002)
         std::fprintf(stderr, "%d tetrahedra: steps of %.3g ms cost %.2f of the explicit driver\n", tetrahedra,
                      1000 * step_s, r.per_second / free.per_second);

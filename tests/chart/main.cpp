@@ -11,6 +11,7 @@
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/processor_time.h"
 #include "tests/chart/specimen.h"
 
@@ -130,11 +131,7 @@ class Table {
 
 std::string text_of(const std::vector<double>& answer, int digits) {
   std::string text;
-  char number[40];
-  for (const double a : answer) {
-    std::snprintf(number, sizeof number, "%s%.*g", text.empty() ? "" : " ", digits, a);
-    text += number;
-  }
+  for (const double a : answer) text += formatted("%s%.*g", text.empty() ? "" : " ", digits, a);
   return text;
 }
 
@@ -142,8 +139,7 @@ std::vector<double> reference(const ChartScene& scene, Table& table, bool quick)
   const std::string key = scene.name + ",reference,,,0";
   if (!table.has(key)) {
     const Reference found = reference_of(scene, quick);
-    char values[80];
-    std::snprintf(values, sizeof values, "0,0,,%.4g,", found.uncertainty);  // no cost: not a point of the chart
+    const std::string values = formatted("0,0,,%.4g,", found.uncertainty);  // no cost: not a point of the chart
     table.append(key, values + text_of(found.answer, 9));
   }
   const std::string& row = table.row(key);
@@ -163,11 +159,10 @@ bool measure(const ChartScene& scene, const Method& method, int across, const st
   if (!specimen) return true;
   const Measured m = run(*specimen, scene, limit_s);
   const double error = m.too_slow ? NAN : relative_error(m.answer, expected);
-  char values[120];
-  std::snprintf(values, sizeof values, "%d,%zu,%.4g,%s,", int(method.is_ours), specimen->elements(), m.cost_s,
-                m.too_slow                           ? kTooSlow
-                : std::isfinite(error) && error < 10 ? std::to_string(error).c_str()
-                                                     : "failed");
+  const std::string values = formatted("%d,%zu,%.4g,%s,", int(method.is_ours), specimen->elements(), m.cost_s,
+                                       m.too_slow                           ? kTooSlow
+                                       : std::isfinite(error) && error < 10 ? std::to_string(error).c_str()
+                                                                            : "failed");
   table.append(key, values + (scene.asked_at_s.empty() ? text_of(m.answer, 5) : std::string()));
   std::printf("%-7s %-24s %-22s %-7s n=%-2d %8zu elements %10.4g s/s  error %s\n", scene.name.c_str(),
               method.model.c_str(), method.driver.c_str(), method.mesh.c_str(), across, specimen->elements(), m.cost_s,

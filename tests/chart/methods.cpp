@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "common/core/formatted.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
@@ -21,9 +22,7 @@ bool has(const ChartScene& scene, int across) {
 }
 
 std::string steps_text(double step_s, const std::string& with) {
-  char text[60];
-  std::snprintf(text, sizeof text, "%.3g ms%s%s", 1000 * step_s, with.empty() ? "" : " ", with.c_str());
-  return text;
+  return formatted("%.3g ms%s%s", 1000 * step_s, with.empty() ? "" : " ", with.c_str());
 }
 
 using Mesh = TetMesh;

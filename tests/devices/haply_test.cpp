@@ -1,7 +1,7 @@
 // A hand with an Inverse3: Haply's service (a fake), a bridge and a server as real processes.
 #include <algorithm>
-#include <cstdio>
 
+#include "common/core/formatted.h"
 #include "common/math/trace.h"
 #include "tests/support/session_programs.h"
 
@@ -26,10 +26,7 @@ class Haply : public test::SessionPrograms {
   // The handle's way is the trace's own.
   static std::string device(const std::string& port) {
     const Vec3 at_m = load_trace(kTrace).front().pose_world.position_m;
-    char text[200];
-    std::snprintf(text, sizeof text, "haply:port=%s,turn_deg=0,at_m=%.6f/%.6f/%.6f", port.c_str(), at_m.x(), at_m.y(),
-                  at_m.z());
-    return text;
+    return formatted("haply:port=%s,turn_deg=0,at_m=%.6f/%.6f/%.6f", port.c_str(), at_m.x(), at_m.y(), at_m.z());
   }
   static double largest_force_n(const std::string& said) {
     const std::size_t at = said.find("largest force ");

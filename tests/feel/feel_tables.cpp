@@ -7,6 +7,7 @@
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "tests/feel/felt_motions.h"
 
 namespace sectio::test {
@@ -36,9 +37,7 @@ void print_sines(const DeviceLimits& device) {
           felt_on_path(felt_block(t.model, t.young_pa), pressing(t.depth_m, sine), kSinesFor_s, kWires, device);
       for (std::size_t w = 0; w < felt.size(); ++w) {
         const FeltError e = error_of(felt[w], kSettled_s);
-        char cell[64];
-        std::snprintf(cell, sizeof cell, " %5.1f (%.1f, %.0f)", 100 * e.varying, 100 * e.whole, 100 * e.sideways);
-        cells[w] += cell;
+        cells[w] += formatted(" %5.1f (%.1f, %.0f)", 100 * e.varying, 100 * e.whole, 100 * e.sideways);
       }
     }
     for (const std::string& cell : cells) std::printf(" |%s", cell.c_str());

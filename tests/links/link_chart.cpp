@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "common/core/formatted.h"
 #include "tests/support/linked_session.h"
 
 namespace sectio::test {
@@ -44,9 +45,7 @@ void print_row(const std::string& name, const SessionFigures& f) {
   for (const ViewerFigures& v : f.viewers) {
     states += (states.empty() ? "" : ", ") + std::to_string(v.states);
     equal += (equal.empty() ? "" : ", ") + v.equals_server;
-    char text[32];
-    std::snprintf(text, sizeof text, "%s%.1f", first.empty() ? "" : ", ", v.first_state_s);
-    first += text;
+    first += formatted("%s%.1f", first.empty() ? "" : ", ", v.first_state_s);
   }
   std::printf("| %s | %.1f | %llu | %s | %s | %s | %.1f | %.1f | %.1f |\n", name.c_str(),
               static_cast<double>(f.offered.bytes) / 1e6, static_cast<unsigned long long>(f.dropped), states.c_str(),

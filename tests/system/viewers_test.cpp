@@ -4,6 +4,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/core/formatted.h"
 #include "render_client/net/client_net.h"
 #include "tests/support/session_programs.h"
 
@@ -127,8 +128,7 @@ TEST_F(Viewers, D_9_runs_on_loopback_without_display_and_without_multicast) {
   for (const std::string& address : sockets) EXPECT_EQ(address.substr(0, 8), "0100007F") << address;
   // Listeners for multicast would have the first two ports of the domain.
   for (const unsigned offset : {0u, 1u}) {
-    char port[8];
-    std::snprintf(port, sizeof port, "%04X", 7400 + 250 * network.domain + offset);
+    const std::string port = formatted("%04X", 7400 + 250 * network.domain + offset);
     for (const std::string& address : sockets) EXPECT_NE(address.substr(9), port);
   }
   auto hand = bridge();

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/prepare/choose_model.h"
 #include "sim_server/prepare/fill_volumes.h"
@@ -225,11 +226,8 @@ TEST_F(Plans, machine_is_measured_once_and_damaged_caches_are_measured_anew) {
   ASSERT_FALSE(text.empty());
   ASSERT_EQ(first.rate.size(), 6u);
   for (const auto& [method, rate] : first.rate) EXPECT_GT(rate.element_ns, 0) << method;
-  EXPECT_EQ(calibration_of_this_machine(standard_engines()).rate["neo_hookean"].element_ns, std::stod([&] {
-              char number[32];
-              std::snprintf(number, sizeof number, "%.6g", first.rate.at("neo_hookean").element_ns);
-              return std::string(number);
-            }()));
+  EXPECT_EQ(calibration_of_this_machine(standard_engines()).rate["neo_hookean"].element_ns,
+            std::stod(formatted("%.6g", first.rate.at("neo_hookean").element_ns)));
   std::ofstream(folder_ / "sectio" / "calibration.txt") << text.substr(0, text.size() / 2);
   calibration_of_this_machine(standard_engines());
   EXPECT_EQ(text_of_cache().size() > text.size() / 2 + 5, true) << text_of_cache();
