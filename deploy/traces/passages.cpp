@@ -76,6 +76,26 @@ std::vector<Place> zigzag() {
   return places;
 }
 
+// Two strokes across the bar of bar_wedge.yaml, whose upper side is at 10 mm. Their planes cross 1.8 mm above the tips.
+std::vector<Place> wedge() {
+  constexpr double kLean_deg = 40, kTip_m = -0.001, kBeside_m = 0.0015, kMiddle_m = 0.004, kAway_m = 0.04;
+  std::vector<Place> places;
+  for (const double side : {1.0, -1.0}) {
+    const double lean_rad = side * kLean_deg * M_PI / 180;
+    const Vec3 out = kAway_m * Vec3(std::sin(lean_rad), 0, std::cos(lean_rad));
+    const Vec3 begin(kMiddle_m - side * kBeside_m, -0.02, kTip_m), end(begin.x(), 0.02, kTip_m);
+    const auto at = [&](const Vec3& tip, double speed_m_per_s) {
+      return Place{.tip_world_m = tip, .ahead_deg = 90, .speed_m_per_s = speed_m_per_s, .lean_deg = side * kLean_deg};
+    };
+    places.push_back(at(begin + out, 0.2));
+    places.push_back(at(begin, 0.1));
+    places.push_back(at(end, 0.02));
+    places.push_back(at(end + out, 0.1));
+  }
+  places.back().rest_s = 0.5;
+  return places;
+}
+
 const auto kPassages = std::to_array<Passage>({
     {.name = "skin_corners",
      .places = lines({{.tips_world_m = {{-0.026, 0.010, 0.004},
@@ -131,6 +151,7 @@ const auto kPassages = std::to_array<Passage>({
      .places = {{.tip_world_m = {0.0043, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
                 {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
                 {.tip_world_m = {0.0052, 0.026, 0.045}, .ahead_deg = 90, .rest_s = 1.5}}},
+    {.name = "bar_wedge", .places = wedge()},
     {.name = "bar_two_sequences",
      .places = {{.tip_world_m = {0.0042, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
                 {.tip_world_m = {0.0046, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},
@@ -200,9 +221,11 @@ std::string trace_of(const Passage& passage) {
   text += passage.has_jaws ? ",opening_rad\n" : "\n";
   double time_s = 0;
   const auto add = [&](const Place& at) {
-    const double half_rad = at.ahead_deg * M_PI / 360;
+    const double half_rad = at.ahead_deg * M_PI / 360, half_lean_rad = at.lean_deg * M_PI / 360;
+    const double c = std::cos(half_rad), s = std::sin(half_rad);
+    const double lean = std::sin(half_lean_rad), up = std::cos(half_lean_rad);
     text += formatted("%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f", time_s, at.tip_world_m.x(), at.tip_world_m.y(),
-                      at.tip_world_m.z(), std::cos(half_rad), 0.0, 0.0, std::sin(half_rad));
+                      at.tip_world_m.z(), up * c, lean * c + 0.0, lean * s + 0.0, up * s);  // never -0
     if (passage.has_jaws) text += formatted(",%.6f", at.opening_rad);
     text += "\n";
   };

@@ -9,8 +9,6 @@
 namespace sectio {
 namespace {
 
-constexpr std::size_t kMostWalls = 128;   // triangles looked at in a search
-constexpr double kAside_m = 0.003;        // sideways distance that lips may have slid
 constexpr double kApartAtRest_m = 0.001;  // walls further from each other are not of one cut
 constexpr double kBehindAtRest_m = 1e-4;  // walls with tissue of this thickness between them are not of one cut
 constexpr double kReach_m = 1e-4;         // a gap that counts as contact
@@ -26,31 +24,15 @@ Corners corners_at_rest(const TriangleMesh& mesh, TriangleId t) {
 Vec3 area_of(const Corners& c) {
   return (c[1] - c[0]).cross(c[2] - c[0]);
 }
-bool is_wall(const TriangleMesh& mesh, TriangleId t) {
-  return t < mesh.triangle_slots() && mesh.triangle(t).alive() && mesh.triangle(t).surface == Surface::wall;
-}
 bool has_corner(const Triangle& t, VertexId v) {
   return std::ranges::find(t.v, v) != t.v.end();
-}
-
-// Calls with each triangle around a vertex, in the direction opposite to TriangleMesh::fan(): the search for opposite
-// triangles is cut off at a number, so its result depends on the direction.
-template <class Call>
-void around(const TriangleMesh& mesh, VertexId v, const Call& call) {
-  const TriangleId first = mesh.incident(v);
-  TriangleId t = first;
-  do {
-    call(t);
-    t = mesh.neighbour(t, mesh.triangle(t).corner_of(v));
-  } while (t != first);
 }
 
 // The mean normal of the walls at a vertex, at rest.
 Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
   Vec3 area = Vec3::Zero();
-  around(mesh, v, [&](TriangleId t) {
+  for (const TriangleId t : mesh.fan(v))
     if (is_wall(mesh, t)) area += area_of(corners_at_rest(mesh, t));
-  });
   return area.stableNormalized();
 }
 
@@ -66,6 +48,7 @@ void LipFinder::follow(const TriangleMesh& mesh, std::span<const VertexId> chang
       lips_.erase(v);
       continue;
     }
+    walls_.add_around(mesh, v);
     Lip& lip = lips_.try_emplace(v).first->second;
     lip.opposite.fill(kNone);
     if (!std::exchange(lip.waits, true)) waiting_.push_back(v);
@@ -94,31 +77,23 @@ void LipFinder::search(const TriangleMesh& mesh) {
   }
 }
 
-// Searches the opposite triangles breadth-first over the walls, which hang together at the bottom of the cut.
 void LipFinder::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) {
   const Vec3& at = mesh.rest_body_m(v);
   const Vec3 normal = wall_normal(mesh, v);
-  walls_.clear();
   seen_.resize(mesh.triangle_slots(), 0);
   ++round_;
-  const auto see = [&](TriangleId t) {
-    if (is_wall(mesh, t) && std::exchange(seen_[t], round_) != round_) walls_.push_back(t);
-  };
-  around(mesh, v, see);
   std::vector<std::pair<double, TriangleId>> found;
-  for (std::size_t k = 0; k < walls_.size(); ++k) {
-    const TriangleId t = walls_[k];
+  walls_.near(mesh, at, [&](TriangleId t) {
+    if (std::exchange(seen_[t], round_) == round_) return;
     const Corners c = corners_at_rest(mesh, t);
     const Vec3 facing = area_of(c).stableNormalized();
     const double before_m = (at - c[0]).dot(facing);
-    if (normal.dot(facing) < kFacing && before_m > -kBehindAtRest_m && before_m < kApartAtRest_m &&
-        !has_corner(mesh.triangle(t), v)) {
-      const double away = closest_on_triangle(at, c).squared_distance;
-      if (away < kAside_m * kAside_m) found.emplace_back(away, t);
-    }
-    for (const TriangleId n : mesh.neighbours(t))
-      if (walls_.size() < kMostWalls) see(n);
-  }
+    if (normal.dot(facing) >= kFacing || before_m <= -kBehindAtRest_m || before_m >= kApartAtRest_m ||
+        has_corner(mesh.triangle(t), v))
+      return;
+    const double away = closest_on_triangle(at, c).squared_distance;
+    if (away < kAside_m * kAside_m) found.emplace_back(away, t);
+  });
   std::ranges::sort(found);
   lip.opposite.fill(kNone);
   for (std::size_t i = 0; i < std::min(found.size(), kOpposite); ++i) lip.opposite[i] = found[i].second;

@@ -8,9 +8,8 @@
 //               \ |T           along T's normal, by impulses that keep momentum
 //                \|
 //
-// Cost: O(wall vertices) a step with a small constant. Opposite triangles are searched for over the walls from
-// neighbour to neighbour, at most kSearches a step: first where a cut has changed the walls, then in rounds over all
-// vertices.
+// Cost: O(wall vertices) a step with a small constant. Opposite triangles are searched for by their places at rest, at
+// most kSearches a step: first where a cut has changed the walls, then in rounds over all vertices.
 #pragma once
 
 #include <array>
@@ -19,6 +18,7 @@
 #include <vector>
 
 #include "sim_server/body_contact/body_contact.h"
+#include "sim_server/body_contact/walls_at_rest.h"
 #include "sim_server/engine/engine.h"
 
 namespace sectio {
@@ -35,7 +35,7 @@ class LipFinder {
 
   template <class A>
   void archive(A& a) {
-    a(lips_, waiting_, next_, seen_, round_);
+    a(lips_, walls_, waiting_, next_, seen_, round_);
   }
 
  private:
@@ -56,12 +56,14 @@ class LipFinder {
   static void find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
                            std::vector<BodyContact>& contacts);
 
+  static constexpr double kAside_m = 0.003;  // sideways distance that lips may have slid
+
   std::map<VertexId, Lip> lips_;
+  WallsAtRest walls_{kAside_m};
   std::deque<VertexId> waiting_;
   VertexId next_ = 0;  // next vertex of the round
 
   // Scratch.
-  std::vector<TriangleId> walls_;
   std::vector<std::uint32_t> seen_;  // by triangle: the search that saw it last
   std::uint32_t round_ = 0;
 };

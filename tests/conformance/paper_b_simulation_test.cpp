@@ -217,7 +217,7 @@ TEST(B_IN, B_IN_1_haptic_device_joystick_and_mouse_make_the_same_cut) {
   // Down in 0.5 s, a pause, along a gentle arc in 2 s, a pause, out.
   const auto hand = [](double t) -> Pose {
     const double along = std::clamp((t - 0.8) / 2.0, 0.0, 1.0);
-    const double x = -0.021 + 0.042 * along, y = 0.003 + 0.004 * std::sin(2 * along);
+    const double x = -0.021 + 0.041 * along, y = 0.003 + 0.004 * std::sin(2 * along);
     const double down = t < 3.2 ? std::clamp(t / 0.5, 0.0, 1.0) : 1 - std::clamp((t - 3.2) / 0.3, 0.0, 1.0);
     return {Vec3(x, y, organ_height_m(x, y) + 0.006 - 0.010 * down), Eigen::Quaterniond::Identity()};
   };
