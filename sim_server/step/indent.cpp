@@ -13,7 +13,8 @@ void indent(SimulatedWorld& world, StepContext& context) {
     points.clear();
     for (const EdgeContact& contact : world.contacts_of(b))
       points.insert(points.end(), contact.contact_points().begin(), contact.contact_points().end());
-    if (auto change = plan_indentation(body, points, world.scene.step_s, held))
+    watch_particles_let_go(body, points, world.scene.step_s);
+    if (auto change = plan_indentation(body, points, held))
       commit(world, context, b, std::move(*change));
     for (EdgeContact& contact : world.contacts_of(b)) contact.hold_particles(held);
   });

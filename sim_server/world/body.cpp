@@ -223,6 +223,7 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
     if (change.plan) engines.cutting->reject();
     return std::nullopt;
   }
+  if (change.contact) contact = *change.contact;
   particles.resize(mesh.vertex_slots());
   place(change.seeds);
   bounds_world_m_.reset();

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "common/delta/topology_delta.h"
 #include "sim_server/engine/engine.h"
 #include "sim_server/surface/cutting/cut_plan.h"
+#include "sim_server/surface/indentation/contact_templates.h"
 
 namespace sectio {
 
@@ -21,16 +23,17 @@ enum class Cause : std::uint8_t {
 
 struct Change {
   Cause cause = Cause::cut;
-  TopologyDelta delta;                                  // empty: only the state of some vertices changes
-  std::vector<std::pair<VertexId, VertexState>> seeds;  // vertices are placed so once the delta is applied
-  std::shared_ptr<const CutTicket> ticket = nullptr;    // the cutting engine's plan has one
-  const CutPlan* plan = nullptr;                        // for a cut: its strokes and islands
+  TopologyDelta delta = {};                                  // empty: only the state of some vertices changes
+  std::vector<std::pair<VertexId, VertexState>> seeds = {};  // vertices are placed so once the delta is applied
+  std::shared_ptr<const CutTicket> ticket = nullptr;         // the cutting engine's plan has one
+  const CutPlan* plan = nullptr;                             // for a cut: its strokes and islands
+  std::optional<TemporaryContact> contact = {};              // for an indentation: the temporary elements after it
 };
 
 // A plan that leaves the topology as it is places no vertices, either.
 inline Change cut_as_planned(const CutPlan& plan) {
-  if (plan.delta.empty()) return {Cause::cut, {}, {}, plan.ticket, &plan};
-  return {Cause::cut, plan.delta, plan.seeds, plan.ticket, &plan};
+  if (plan.delta.empty()) return {.ticket = plan.ticket, .plan = &plan};
+  return {.delta = plan.delta, .seeds = plan.seeds, .ticket = plan.ticket, .plan = &plan};
 }
 
 // The effect of a change, with its delta; see TopologyChange for the lists.

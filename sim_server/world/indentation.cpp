@@ -18,27 +18,18 @@ bool moves(const MeshDraft& now, const MeshDraft& original, const TemporaryConta
   return (now.state(contact.particles[i]).velocity_world_m_per_s - of_face).norm() > kStill_m_per_s;
 }
 
+bool presses(std::span<const ContactPoint> points, std::uint32_t owner) {
+  return std::ranges::any_of(points, [&](const ContactPoint& p) { return p.owner == owner; });
+}
+
 // The contacts that were let go and are not back yet.
-std::vector<ContactPoint> not_back_yet(Body& body, std::span<const ContactPoint> pressed, double step_s) {
+std::vector<ContactPoint> not_back_yet(const Body& body, std::span<const ContactPoint> pressed) {
   std::vector<ContactPoint> left;
-  const TemporaryContact& contact = body.contact;
-  if (contact.points.empty()) return left;
-  const MeshDraft now(body.mesh, body.particle_view());
-  const MeshDraft original = original_surface(body);
-  const auto presses = [&](std::uint32_t owner) {
-    return std::ranges::any_of(pressed, [&](const ContactPoint& p) { return p.owner == owner; });
-  };
-  for (std::size_t i = 0; i < contact.points.size(); ++i) {
-    ContactPoint p = contact.points[i];
-    if (presses(p.owner)) continue;
+  for (ContactPoint p : body.contact.points) {
+    if (presses(pressed, p.owner) || body.still_s[p.owner] > kStill_s) continue;
     p.presses = false;
-    if (p.owner >= body.still_s.size()) body.still_s.resize(p.owner + 1, 0);
-    double& still_s = body.still_s[p.owner];
-    if (contact.points[i].presses || moves(now, original, contact, i)) still_s = 0;
     left.push_back(p);
   }
-  for (std::uint32_t owner = 0; owner < body.still_s.size(); ++owner) body.still_s[owner] += step_s;
-  std::erase_if(left, [&](const ContactPoint& p) { return body.still_s[p.owner] > kStill_s; });
   return left;
 }
 
@@ -48,8 +39,8 @@ bool nothing_new(const TemporaryContact& contact, std::span<const ContactPoint> 
   });
 }
 
-Change indentation(const MeshDraft& draft) {
-  Change change{Cause::indented, draft.delta(), draft.seeds()};
+Change indentation(const MeshDraft& draft, TemporaryContact after) {
+  Change change{.cause = Cause::indented, .delta = draft.delta(), .seeds = draft.seeds(), .contact = std::move(after)};
   change.delta.temporary = true;
   return change;
 }
@@ -81,27 +72,43 @@ TriangleId original_triangle(const Body& body, TriangleId t) {
   return kNone;
 }
 
-std::optional<Change> plan_indentation(Body& body, std::span<const ContactPoint> points, double step_s,
+void watch_particles_let_go(Body& body, std::span<const ContactPoint> points, double step_s) {
+  const TemporaryContact& contact = body.contact;
+  if (contact.points.empty()) return;
+  const MeshDraft now(body.mesh, body.particle_view());
+  const MeshDraft original = original_surface(body);
+  for (std::size_t i = 0; i < contact.points.size(); ++i) {
+    const ContactPoint& p = contact.points[i];
+    if (presses(points, p.owner)) continue;
+    if (p.owner >= body.still_s.size()) body.still_s.resize(p.owner + 1, 0);
+    if (p.presses || moves(now, original, contact, i)) body.still_s[p.owner] = 0;
+  }
+  for (double& still_s : body.still_s) still_s += step_s;
+}
+
+std::optional<Change> plan_indentation(const Body& body, std::span<const ContactPoint> points,
                                        std::vector<HeldParticle>& held) {
   held.clear();
   std::vector<ContactPoint> all(points.begin(), points.end());
-  const std::vector<ContactPoint> left = not_back_yet(body, points, step_s);
+  const std::vector<ContactPoint> left = not_back_yet(body, points);
   if (points.empty() && nothing_new(body.contact, left)) return std::nullopt;
   all.insert(all.end(), left.begin(), left.end());
   MeshDraft draft(body.mesh, body.particle_view());
-  Press pressed = press(draft, body.contact, all, {});
+  TemporaryContact contact = body.contact;
+  Press pressed = press(draft, contact, all, {});
   if (pressed.change == ContactChange::refused) return plan_release(body);
   held = std::move(pressed.held);
-  return indentation(draft);
+  return indentation(draft, std::move(contact));
 }
 
-std::optional<Change> plan_release(Body& body) {
+std::optional<Change> plan_release(const Body& body) {
   if (!body.contact.inverse) return std::nullopt;
   MeshDraft draft(body.mesh, body.particle_view());
-  const bool released = release(draft, body.contact);
+  TemporaryContact contact = body.contact;
+  const bool released = release(draft, contact);
   SECTIO_ASSERT(released, "nothing changes a mesh under temporary elements");
   if (!released) return std::nullopt;
-  return indentation(draft);
+  return indentation(draft, std::move(contact));
 }
 
 }  // namespace sectio
