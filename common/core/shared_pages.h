@@ -5,8 +5,8 @@
 //   SharedPages<int, 64> draft = base;  // O(pages)
 //   draft.edit(7) = 1;                  // copies one page; base stays as it is
 //
-// References to an element stay valid until that vector is changed in size or destroyed, and show what the element was
-// when they were taken, or what it is: those who write, read again. For one thread, all copies together.
+// After a write, read an element again: an older reference may show its old value. A change of size, and the end of the
+// vector, end all references. All copies of a vector belong to one thread.
 #pragma once
 
 #include <cstddef>

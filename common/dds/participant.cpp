@@ -103,8 +103,9 @@ bool is_free(std::uint16_t udp_port) {
   return free;
 }
 
-// The first number, of those that others try, whose discovery port is free. Fast DDS would go on to a port at which
-// nobody looks for this program. A process counts up, so that its participants have different numbers in all domains.
+// The lowest number whose discovery port is free, among those that peers try. Fast DDS would take a higher one, at
+// which nobody looks for this program. A process counts up, so that its participants have different numbers in all
+// domains.
 std::int32_t free_participant_id(const NetworkOptions& options) {
   static std::atomic<std::uint32_t> count{0};
   const std::uint32_t first = count++;

@@ -19,8 +19,8 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   using DataWriter = eprosima::fastdds::dds::DataWriter;
 
-  // `own`: what this participant announces. A program of its session that speaks another version gets a line in the
-  // log; so does one that has keys where this one has none, or no good ones where this one has.
+  // `own`: what this participant announces. Logs a line for each program of its session that speaks another version,
+  // and for each whose keys are missing, bad, or not expected because this one has none.
   // `authority`: the authority of this participant's keys; empty: it has no keys.
   Peers(const Announcement& own, const std::string& authority)
       : own_(own), secured_(!authority.empty()), authority_(authority) {}

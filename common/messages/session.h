@@ -107,7 +107,7 @@ struct LinkReport {
   double rate_hz = 0;         // states that it has chosen to hear; poses that it sends
   double came_per_s = 0;      // states, or contact models, that arrived
   double lost_fraction = 0;   // lost share of the pieces that headers of these states named, or of the models
-  double late_s = 0;          // the promptest state of late was so much longer under way than the promptest ever
+  double late_s = 0;          // how much longer the fastest of the latest states took than the fastest one ever
   double age_median_s = 0;    // age of a state when the viewer takes it, of a pose when the model that answers it comes
   double age_p99_s = 0;       // 99th percentile of the same ages
   double round_trip_s = 0;    // to the server and back, the shortest of late

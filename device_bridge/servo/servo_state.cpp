@@ -3,8 +3,8 @@
 namespace sectio {
 namespace {
 
-// A tissue gives no energy that it has not been given since the touch. A hand that got so much more adds no damping of
-// its own, as far as the bounds are concerned, for so long.
+// Tissue returns at most the energy that it was given since the touch. If the hand receives kShaken_j more, the bounds
+// assume for kShaken_s that the hand adds no damping of its own.
 constexpr double kShaken_j = 3e-4, kShaken_s = 10;
 
 }  // namespace

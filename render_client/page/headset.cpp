@@ -35,8 +35,7 @@ Headset::Headset(const Camera& camera)
       world_from_room_(room_axes(camera)),
       scale_(kSeen_m / seen_world_m(camera)) {}
 
-// A scene that is s times as large in the room looks to an eye of the room as it does to an eye in the world with all
-// lengths s times shorter: also those in the depth of the projection.
+// To show the scene s times as large, the eyes' distances and the range of depth in the world are divided by s.
 EyeView Headset::eye(const Eigen::Matrix4f& eye_from_room, const Eigen::Matrix4f& projection) const {
   const auto shrink = static_cast<float>(1 / scale_);
   const Eigen::Matrix3f room_from_world = world_from_room_.transpose().cast<float>();

@@ -14,8 +14,8 @@ namespace {
 constexpr double kTouching_m = 1e-6;  // closer points have no meaningful direction
 constexpr double kOnEdge = 1e-6;      // barycentric coordinate
 constexpr double kSameWay = 0.5;      // cosine between normals
-// The surface that a point looks against is at most so many times as far as the one along which it looks. A crumpled
-// surface looks all ways, and would be drawn in.
+// The surface that faces a point may be so many times as far as the closest one, which does not. Beyond that the match
+// is wrong: a crumpled surface faces all ways.
 constexpr double kFarther = 3;
 
 // Cells of a grid over a box, marked where a surface may be near. A bowl's box holds all that lies in the bowl, most of

@@ -69,7 +69,7 @@ bool ImplicitDriver::is_thrown(const Particles& particles, double furthest_m) co
   return false;
 }
 
-// Nothing moves but for what a smoother changes; the speed with which the tissue came leads nowhere.
+// The smoother alone moves particles; the speed with which they came is dropped.
 void ImplicitDriver::stand_still(const Particles& particles, double furthest_m, double part_s,
                                  const Smoother& smoother) {
   const auto place = [&](std::size_t i) -> Vec3 { return particles.position_world_m[i].head<3>().cast<double>(); };

@@ -279,8 +279,8 @@ LiveServer::Try LiveServer::another_try(double from_s) const {
   return next;
 }
 
-// The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
-// that takes the session over: bodies of another term are asked for anew.
+// The try so far keeps its files; the next one gets a directory within theirs. Viewers see it as a takeover by another
+// server: they ask for bodies of the new term.
 void LiveServer::begin(Try next) {
   attempt_ = next.attempt;
   tell_score();

@@ -16,8 +16,8 @@ class Rivalry {
   static constexpr double kHeadStart_s = 0.2;  // less is no head start
   static constexpr double kPatience_s = 5;     // two that each see themselves ahead for so long are equals
 
-  // The other one had simulated so much when it sent a message, and this one has now. `now_s`: of any clock that runs
-  // evenly, here and below.
+  // A message of the other server came. `other_time_s`: its simulated time when it sent that; `own_time_s`: this one's
+  // now; `now_s`: any steady clock, here and below.
   void hear(double other_time_s, double own_time_s, double now_s) {
     other_has_begun_ |= other_time_s > 0;
     lead_s_ = std::max(lead_s_, other_time_s - own_time_s);

@@ -96,7 +96,7 @@ struct BodyPlan {
 };
 
 // Chooses a candidate, has it built if `build` is given, and chooses again with its counts and its measured error until
-// the choice stays. Candidates that aren't built yet go by those of their method that are (finer()). The
+// the choice stays. A candidate that isn't built is judged by a built one of its method (finer()). The
 // choice is a surface if it keeps both budgets, else the cheapest candidate that does, else that with the
 // smallest max(error / budget, cost / budget). The cost of a body that is cut is the cost while it is cut.
 BodyPlan plan(const PlanInput& input, const Calibration& calibration,

@@ -58,10 +58,10 @@ struct BladeTrack {
   // With fronts: a blade that has gone down from where it went in begins its cut there. A sheet from the skin on would
   // be slanted, and nick the skin beside the cut.
   void begin_deeper();
-  // The blade is where nothing is left to cut, or has left its front: the track goes on from a place.
+  // The track begins anew at a place: nothing is left to cut there, or the blade has left its front.
   void restart_from(const BladeEdge& place);
-  // Without fronts, elements at the end of a slit have been cut in part: a blade that turns there, and has not gone
-  // back, cuts them on from the way that it came.
+  // Without fronts: elements at the end of a slit have been cut in part. A blade that turns there, and has not gone
+  // back, first finishes them along the way that it came.
   bool turns_at_end(const Tissue& tissue, const BladeEdge& edge) const;
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
   // The advance across the edge of the end that is ahead; with fronts, negative when it went back by more than one cut
@@ -81,8 +81,8 @@ struct BladeTrack {
   BladeEdge part_of(const Tissue& tissue, const BladeEdge& edge);
   // The edges, each cut off where the newest one leaves the tissue.
   std::vector<BladeEdge> in_tissue(const Tissue& tissue) const;
-  // The blade has turned round and is where its front has nothing to do with it: back in its slit; or beside that, for
-  // tissue has swung, and what lies between has still been cut.
+  // The blade has turned round and has left its front: it is back in its slit, or beside the slit, because tissue has
+  // swung; what lies between has been cut all the same.
   enum class Beyond { nowhere, behind, beside };
   Beyond beyond_front(const Tissue& tissue) const;
 

@@ -22,14 +22,16 @@ struct FrontSettings {
   double half_cut_edges = 1.0;     // without fronts and with a slit: elements at its end have been cut in part
   double lag_edges = 0.05;         // a front ends this far behind the blade, which touches what it cuts next
   double thread_edges = 0.5;       // tissue ahead, this thin and with nothing behind it, is cut together with the rest
-  double joined_edges = 1.0;       // vertices of a slit this close to the blade are on the sheet,
-  double joined_behind_edges = 3;  // and without fronts, which leave elements cut in part, this far behind the sheet,
-  double joined_beside_edges = 0.5;    // if they are no further than this from its plane, which goes on from the slit,
-  double joined_crossing_edges = 0.1;  // or than this, where it crosses the slit
+  double joined_edges = 1.0;       // vertices of a slit this close to the blade join the sheet
+  double joined_behind_edges = 3;  // without fronts, vertices this far behind the sheet join it, too
+  double joined_beside_edges = 0.5;    // only vertices this close to the sheet's plane join it, where it goes on
+  double joined_crossing_edges = 0.1;  // only vertices this close to it join it, where it crosses the slit
   double longest_sheet_edges = 8;      // a sheet is flat, a track is not
-  double bend_edges = 0.5, least_piece_edges = 0.25;  // without fronts it is bent where the track is so far beside it,
-  double smooth_bend_edges = 0.1, bend_jumps = 4;     // or so far, and so many times as far as a place from the last
-  double above_edges = 1;                             // and reaches so far above the tissue
+  // Without fronts a sheet bends where the track lies this far beside it, in pieces at least this long,
+  double bend_edges = 0.5, least_piece_edges = 0.25;
+  // or where the track lies this far beside it, and so many times as far as a place of the track from the last.
+  double smooth_bend_edges = 0.1, bend_jumps = 4;
+  double above_edges = 1;           // without fronts, a sheet reaches this far above the tissue
   double same_place_edges = 0.1;    // without fronts: a blade that slides along its edge stays at a place by so much
   double behind_edges = 2.75;       // without fronts a sheet reaches this far back, into what was cut in part
   double front_behind_edges = 0.5;  // and with fronts, since the tissue is open so far

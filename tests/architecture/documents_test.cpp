@@ -128,6 +128,19 @@ TEST(Documents, the_first_words_of_a_scene_say_what_it_shows) {
   }
 }
 
+// The stages of a step, as step.h declares them.
+TEST(Documents, the_table_of_stages_has_each_stage_in_order) {
+  static const std::regex stage("void (\\w+)\\(SimulatedWorld& world, StepContext& context\\);");
+  const std::string declared = read_source("sim_server/step/step.h"), table = read_source("docs/architecture.md");
+  std::size_t at = table.find("| stage | action |");
+  ASSERT_NE(at, std::string::npos);
+  for (std::sregex_iterator it(declared.begin(), declared.end(), stage), end; it != end; ++it) {
+    const std::size_t row = table.find("\n| `" + (*it)[1].str() + "` |", at);
+    ASSERT_NE(row, std::string::npos) << (*it)[1] << " is missing, or stands elsewhere";
+    at = row;
+  }
+}
+
 // clang-format leaves comments alone, tables among them.
 TEST(Documents, comments_are_no_wider_than_code) {
   for (const auto& [path, text] : source_files(test::kSourceFolders, {".h", ".cpp"})) {

@@ -53,8 +53,8 @@ struct HexRows {
 };
 HexRows rows_of(const HexLattice& lattice, const HexMaterial& material);
 
-// The masses of the nodes for the motion, in rho V: those of their material, and in fragments what keeps s_e from
-// being above the largest stiffness factor, so that no cut makes the stable step shorter.
+// The masses with which nodes move, in rho V: the mass of their material. Nodes of fragments get more, so that s_e
+// stays below the largest stiffness factor: no cut makes the stable step shorter.
 std::vector<double> effective_masses(const HexLattice& lattice);
 
 // Adds the cells' elastic forces to `force_n` ({x y z 0}, one a node). If `with_bound`, returns a bound on the

@@ -84,8 +84,8 @@ struct StrokeOutcome {
   std::string_view why = {};  // reason of a refusal, for a person
 };
 
-// Goes with a plan from the engine that made it, and back to that engine when the plan has been accepted: what the
-// engine goes on with then. Nobody else knows what is in it.
+// The state of an engine after a plan. The engine gets it back when the plan has been accepted; nobody else knows what
+// is in it.
 struct CutTicket {
   virtual ~CutTicket() = default;
 };

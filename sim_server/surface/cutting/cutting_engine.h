@@ -45,7 +45,7 @@ class CuttingEngine : public Engine {
   // The place where the line of a blade enters an open cut of the body. Such a blade is in the tissue, though it
   // touches none.
   virtual std::optional<InOpenCut> in_open_cut(const SharedBody&, const Blade&) const { return {}; }
-  // The length of this part of a blade, which is in the tissue near a vertex, that lies in no cut, open or not.
+  // The length that lies outside every cut, open or closed, of a part of a blade. The part is in tissue near a vertex.
   virtual double uncut_m(const SharedBody&, const Blade& part, VertexId /*near*/) const { return part.length_m; }
   // Does one of these triangles (ascending) belong to a subdivision that is temporary? That is no cut yet.
   virtual bool is_temporary(std::span<const TriangleId> /*triangles*/) const { return false; }

@@ -64,9 +64,9 @@ std::optional<PlaceOnCurve> nearest_on_rims(const MeshDraft& draft, const Groove
 //       g1 --- G --- g2
 VertexId insert_rung(MeshDraft& draft, Grooves& grooves, const Lip& lip, double along);
 
-// The first contradiction to this: skin and lids together are closed, oriented, as connected as an organ uncut, and
-// each lip has a bottom beneath it. Empty: none. `euler_characteristic` is that of the organ uncut. For meshes
-// that only the progressive style has cut, with whole bodies; with islands only the rungs are looked at. O(all).
+// Checks that skin and lids together are closed, oriented, and as connected as the uncut organ, whose
+// `euler_characteristic` is given, and that each lip has a bottom beneath it. Returns the first flaw; empty: none. The
+// mesh must have been cut by the progressive style alone; where islands have come free, only rungs are checked. O(all).
 std::string flaw_of(const TriangleMesh& mesh, ParticleView particles, const Grooves& grooves, int euler_characteristic);
 
 }  // namespace sectio

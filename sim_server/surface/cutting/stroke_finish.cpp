@@ -4,7 +4,7 @@ namespace sectio {
 
 void add_temporary(const Stroke& stroke, Grooves& grooves) {
   if (!stroke.temporary_inverse) return;
-  if (stroke.bottom == kNone) {  // the cut opened with it: from its start over a middle to the tip
+  if (stroke.bottom == kNone) {  // it opened this cut, which runs from its start through a middle to the tip
     const VertexId start = stroke.start != kNone ? stroke.start : stroke.cell.apex;
     grooves.ends[start] = stroke.temporary_bottoms[0];
     grooves.set_bottom(start, stroke.temporary_bottoms[0]);
