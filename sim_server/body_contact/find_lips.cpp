@@ -39,16 +39,21 @@ Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
 }  // namespace
 
 void LipFinder::follow(const TriangleMesh& mesh, std::span<const VertexId> changed) {
+  seen_.resize(mesh.triangle_slots(), 0);
+  ++round_;
   for (const VertexId v : changed) {
     const bool lives = v < mesh.vertex_slots() && mesh.vertex_alive(v);
     bool at_wall = false;
     if (lives)
-      for (const TriangleId t : mesh.fan(v)) at_wall |= is_wall(mesh, t);
+      for (const TriangleId t : mesh.fan(v)) {
+        if (!is_wall(mesh, t)) continue;
+        at_wall = true;
+        if (std::exchange(seen_[t], round_) != round_) walls_.add(mesh, t);
+      }
     if (!at_wall) {
       lips_.erase(v);
       continue;
     }
-    walls_.add_around(mesh, v);
     Lip& lip = lips_.try_emplace(v).first->second;
     lip.opposite.fill(kNone);
     if (!std::exchange(lip.waits, true)) waiting_.push_back(v);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <map>
 #include <vector>
 
@@ -13,23 +12,22 @@ namespace sectio {
 
 class WallsAtRest {
  public:
-  explicit WallsAtRest(double cube_m) : cube_m_(cube_m) {}
+  explicit WallsAtRest(double reach_m) : reach_m_(reach_m) {}
 
-  // Takes the walls around a vertex. Triangles that are gone, or elsewhere, are dropped when a search meets them.
-  void add_around(const TriangleMesh& mesh, VertexId v);
+  // Takes a wall. Triangles that are gone, or elsewhere now, are dropped when a search meets them.
+  void add(const TriangleMesh& mesh, TriangleId t);
 
-  // Calls with walls, each at least once, that may lie within a cube's size of a place. O(walls there).
+  // Calls with walls, each at least once: all that reach to within the grid's reach of a place, and others around.
   template <class Call>
   void near(const TriangleMesh& mesh, const Vec3& at_body_m, const Call& call) {
-    const Key middle = key(at_body_m);
-    for (int i = middle[0] - 1; i <= middle[0] + 1; ++i)
-      for (int j = middle[1] - 1; j <= middle[1] + 1; ++j)
-        for (int k = middle[2] - 1; k <= middle[2] + 1; ++k) {
+    const Key low = key(at_body_m.array() - reach_m_), high = key(at_body_m.array() + reach_m_);
+    for (int i = low[0]; i <= high[0]; ++i)
+      for (int j = low[1]; j <= high[1]; ++j)
+        for (int k = low[2]; k <= high[2]; ++k) {
           const auto cube = cubes_.find({i, j, k});
           if (cube == cubes_.end()) continue;
-          std::erase_if(cube->second, [&](TriangleId t) { return !reaches_into(mesh, t, cube->first); });
+          std::erase_if(cube->second, [&](TriangleId t) { return has_left(mesh, t, at_body_m, cube->first); });
           for (const TriangleId t : cube->second) call(t);
-          if (cube->second.empty()) cubes_.erase(cube);
         }
   }
 
@@ -40,14 +38,10 @@ class WallsAtRest {
 
  private:
   using Key = std::array<int, 3>;
-  Key key(const Vec3& x) const {
-    const Vec3 scaled = x / cube_m_;
-    return {static_cast<int>(std::floor(scaled.x())), static_cast<int>(std::floor(scaled.y())),
-            static_cast<int>(std::floor(scaled.z()))};
-  }
-  bool reaches_into(const TriangleMesh& mesh, TriangleId t, const Key& cube) const;
+  Key key(const Vec3& x) const;
+  bool has_left(const TriangleMesh& mesh, TriangleId t, const Vec3& near_body_m, const Key& cube) const;
 
-  double cube_m_;
+  double reach_m_;
   std::map<Key, std::vector<TriangleId>> cubes_;
 };
 
