@@ -76,9 +76,9 @@ std::vector<Place> zigzag() {
   return places;
 }
 
-// Two strokes across the bar of bar_wedge.yaml, whose upper side is at 10 mm. Their planes cross 1.8 mm above the tips.
+// Two strokes across the bar of bar_wedge.yaml, whose upper side is at 10 mm. Their planes cross 3.6 mm above the tips.
 std::vector<Place> wedge() {
-  constexpr double kLean_deg = 40, kTip_m = -0.001, kBeside_m = 0.0015, kMiddle_m = 0.004, kAway_m = 0.04;
+  constexpr double kLean_deg = 40, kTip_m = -0.001, kBeside_m = 0.003, kMiddle_m = 0.004, kAway_m = 0.04;
   std::vector<Place> places;
   for (const double side : {1.0, -1.0}) {
     const double lean_rad = side * kLean_deg * M_PI / 180;
