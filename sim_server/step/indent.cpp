@@ -14,8 +14,7 @@ void indent(SimulatedWorld& world, StepContext& context) {
     for (const EdgeContact& contact : world.contacts_of(b))
       points.insert(points.end(), contact.contact_points().begin(), contact.contact_points().end());
     watch_particles_let_go(body, points, world.scene.step_s);
-    if (auto change = plan_indentation(body, points, held))
-      commit(world, context, b, std::move(*change));
+    if (auto change = plan_indentation(body, points, held)) commit(world, context, b, std::move(*change));
     for (EdgeContact& contact : world.contacts_of(b)) contact.hold_particles(held);
   });
 }
