@@ -75,7 +75,7 @@ TEST_F(Disk, that_takes_no_surface_leaves_none_and_the_report_says_so) {
 
 TEST_F(Disk, that_is_full_holds_no_half_of_a_result_and_no_report_of_an_earlier_run) {
   const auto run =
-      on_small_disk(900, "sim_server", {"--scene", kScene, "--offline", "--export", file("disk/out mit Übung")});
+      on_small_disk(600, "sim_server", {"--scene", kScene, "--offline", "--export", file("disk/out mit Übung")});
   EXPECT_EQ(run->exit_code(), 3) << run->output();
   for (const char* name : {"liver.obj", "report.json"})
     EXPECT_EQ(
