@@ -104,33 +104,6 @@ void LipFinder::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) 
   for (std::size_t i = 0; i < std::min(found.size(), kOpposite); ++i) lip.opposite[i] = found[i].second;
 }
 
-// A lip that slides comes to the neighbours of the triangle that it was over, which take the places of the furthest.
-void LipFinder::slide(const SharedBody& body, VertexId v, TriangleId on, Lip& lip) {
-  const ParticleView now = body.particles.view();
-  const Vec3 at = now.position(v), at_rest = body.mesh.rest_body_m(v), normal = wall_normal(body.mesh, v);
-  const auto squared_distance = [&](TriangleId t) {
-    const auto& c = body.mesh.triangle(t).v;
-    return closest_on_triangle(at, {now.position(c[0]), now.position(c[1]), now.position(c[2])}).squared_distance;
-  };
-  const auto is_opposite = [&](TriangleId t) {
-    return t != kNone && is_wall(body.mesh, t) && !has_corner(body.mesh.triangle(t), v);
-  };
-  std::vector<std::pair<double, TriangleId>> near;
-  for (const TriangleId t : lip.opposite)
-    if (is_opposite(t)) near.emplace_back(squared_distance(t), t);
-  for (const TriangleId t : body.mesh.neighbours(on)) {
-    if (!is_opposite(t) || std::ranges::find(lip.opposite, t) != lip.opposite.end()) continue;
-    const Corners c = corners_at_rest(body.mesh, t);
-    const Vec3 facing = area_of(c).stableNormalized();
-    const double before_m = (at_rest - c[0]).dot(facing);
-    if (normal.dot(facing) < kFacing && before_m > -kBehindAtRest_m && before_m < kApartAtRest_m)
-      near.emplace_back(squared_distance(t), t);
-  }
-  std::ranges::sort(near);
-  lip.opposite.fill(kNone);
-  for (std::size_t i = 0; i < std::min(near.size(), kOpposite); ++i) lip.opposite[i] = near[i].second;
-}
-
 // Makes a contact with the nearest of the opposite triangles that the vertex is over or under.
 void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
                              std::vector<BodyContact>& contacts) {
@@ -156,7 +129,6 @@ void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, doubl
   if (on == kNone) return;
   const Vec3 away = at - best.point;
   const double above_m = away.dot(facing);
-  if (best.bary.minCoeff() <= 0) slide(body, v, on, lip);
   if (above_m > kReach_m || std::abs(above_m) < 0.7 * away.norm()) return;  // apart from the triangle, or beside it
   const Corners rest = corners_at_rest(body.mesh, on);
   const Vec3 rest_point = best.bary[0] * rest[0] + best.bary[1] * rest[1] + best.bary[2] * rest[2];
