@@ -9,12 +9,6 @@ namespace {
 constexpr double kCube = 2;       // reaches
 constexpr double kLookAgain = 8;  // reaches: a wall with a corner this far away may have left
 
-Box3 box_at_rest(const TriangleMesh& mesh, TriangleId t) {
-  Box3 box;
-  for (const VertexId v : mesh.triangle(t).v) box.extend(mesh.rest_body_m(v));
-  return box;
-}
-
 }  // namespace
 
 bool is_wall(const TriangleMesh& mesh, TriangleId t) {
@@ -27,9 +21,14 @@ WallsAtRest::Key WallsAtRest::key(const Vec3& x) const {
           static_cast<int>(std::floor(scaled.z()))};
 }
 
+WallsAtRest::Cubes WallsAtRest::cubes_of(const TriangleMesh& mesh, TriangleId t) const {
+  Box3 box;
+  for (const VertexId v : mesh.triangle(t).v) box.extend(mesh.rest_body_m(v));
+  return {key(box.min()), key(box.max())};
+}
+
 void WallsAtRest::add(const TriangleMesh& mesh, TriangleId t) {
-  const Box3 box = box_at_rest(mesh, t);
-  const Key low = key(box.min()), high = key(box.max());
+  const auto [low, high] = cubes_of(mesh, t);
   for (int i = low[0]; i <= high[0]; ++i)
     for (int j = low[1]; j <= high[1]; ++j)
       for (int k = low[2]; k <= high[2]; ++k) {
@@ -42,8 +41,7 @@ bool WallsAtRest::has_left(const TriangleMesh& mesh, TriangleId t, const Vec3& n
   if (!is_wall(mesh, t)) return true;
   const double far_m = kLookAgain * reach_m_;
   if ((mesh.rest_body_m(mesh.triangle(t).v[0]) - near_body_m).squaredNorm() < far_m * far_m) return false;
-  const Box3 box = box_at_rest(mesh, t);
-  const Key low = key(box.min()), high = key(box.max());
+  const auto [low, high] = cubes_of(mesh, t);
   for (std::size_t i = 0; i < 3; ++i)
     if (cube[i] < low[i] || cube[i] > high[i]) return true;
   return false;

@@ -38,7 +38,11 @@ class WallsAtRest {
 
  private:
   using Key = std::array<int, 3>;
+  struct Cubes {
+    Key low, high;  // ends included
+  };
   Key key(const Vec3& x) const;
+  Cubes cubes_of(const TriangleMesh& mesh, TriangleId t) const;
   bool has_left(const TriangleMesh& mesh, TriangleId t, const Vec3& near_body_m, const Key& cube) const;
 
   double reach_m_;

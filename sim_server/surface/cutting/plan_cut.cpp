@@ -9,11 +9,6 @@
 
 namespace sectio {
 
-const Stroke* SurfaceCuts::stroke_of(std::uint32_t edge_id) const {
-  const auto it = std::find_if(strokes.begin(), strokes.end(), [&](const Stroke& s) { return s.edge_id == edge_id; });
-  return it != strokes.end() ? &*it : nullptr;
-}
-
 namespace {
 
 // How much of a stroke there is room for in this step.

@@ -7,23 +7,12 @@
 #include <vector>
 
 #include "sim_server/surface/cutting/cut_plan.h"
+#include "sim_server/surface/cutting/cuts_of.h"
 #include "sim_server/surface/cutting/stroke.h"
 
 namespace sectio {
 
-// The cuts of one surface.
-struct SurfaceCuts {
-  Grooves grooves;
-  std::vector<Stroke> strokes;  // one for each instrument in the tissue
-
-  const Stroke* stroke_of(std::uint32_t edge_id) const;
-
-  template <class A>
-  void archive(A& a) {
-    a(grooves, strokes);
-  }
-};
-
+using SurfaceCuts = CutsOf<Stroke>;
 struct SurfaceCutPlan : CutPlan {
   SurfaceCuts after;
 };

@@ -113,11 +113,6 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
 
 }  // namespace
 
-const TemplateStroke* TemplateCuts::stroke_of(std::uint32_t edge_id) const {
-  const auto it = std::ranges::find(strokes, edge_id, &TemplateStroke::edge_id);
-  return it != strokes.end() ? &*it : nullptr;
-}
-
 void end_where_they_are(TemplateCuts& cuts) {
   for (const TemplateStroke& s : cuts.strokes) keep_what_is_open(s, cuts.grooves);
   cuts.strokes.clear();

@@ -6,23 +6,12 @@
 #include <vector>
 
 #include "sim_server/surface/cutting/cut_plan.h"
+#include "sim_server/surface/cutting/cuts_of.h"
 #include "sim_server/surface/cutting/template_stroke.h"
 
 namespace sectio {
 
-// The cuts of one surface.
-struct TemplateCuts {
-  Grooves grooves;
-  std::vector<TemplateStroke> strokes;  // one for each instrument in the tissue
-
-  const TemplateStroke* stroke_of(std::uint32_t edge_id) const;
-
-  template <class A>
-  void archive(A& a) {
-    a(grooves, strokes);
-  }
-};
-
+using TemplateCuts = CutsOf<TemplateStroke>;
 struct TemplateCutPlan : CutPlan {
   TemplateCuts after;
 };

@@ -17,12 +17,12 @@ CutPlan SurfaceCutting::plan(const SharedBody& body, std::span<const Entry> entr
                              std::span<const BladeMotion> motions) const {
   if (all_wait(entries, motions)) {
     CutPlan unchanged;
-    for (const Stroke& s : cuts_->strokes) unchanged.going_on.push_back(s.edge_id);
+    unchanged.going_on = cuts_->edges();
     return unchanged;
   }
   SurfaceCutPlan planned =
       plan_cut(body.mesh, body.particles.view(), *cuts_, entries, motions, settings_, loops_free_islands_);
-  for (const Stroke& s : planned.after.strokes) planned.going_on.push_back(s.edge_id);
+  planned.going_on = planned.after.edges();
   planned.ticket = std::make_shared<Ticket>(std::move(planned.after), LipSearch{0, false, search_.edge_m});
   return planned;
 }

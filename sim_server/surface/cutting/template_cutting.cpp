@@ -14,11 +14,11 @@ CutPlan TemplateCutting::plan(const SharedBody& body, std::span<const Entry> ent
                               std::span<const BladeMotion> motions) const {
   if (all_wait(entries, motions)) {
     CutPlan unchanged;
-    for (const TemplateStroke& s : cuts_->strokes) unchanged.going_on.push_back(s.edge_id);
+    unchanged.going_on = cuts_->edges();
     return unchanged;
   }
   TemplateCutPlan planned = plan_template_cut(body.mesh, body.particles.view(), *cuts_, entries, motions, settings_);
-  for (const TemplateStroke& s : planned.after.strokes) planned.going_on.push_back(s.edge_id);
+  planned.going_on = planned.after.edges();
   planned.ticket = std::make_shared<Ticket>(std::move(planned.after));
   return planned;
 }

@@ -94,7 +94,7 @@ class TetTopology {
 
   template <class A>
   void archive(A& a) {
-    a(vertices_, tets_, star_, journal_, vertices_before_, tets_before_, fetch_, fetched_, fetchable_);
+    a(vertices_, tets_, star_, journal_, vertices_before_, tets_before_);
   }
 
  private:

@@ -34,6 +34,11 @@ struct SlabOnItsBed {
   void move_slab(const Vec3& way_m) {
     for (VertexId v = first_of_slab; v < mesh.vertex_slots(); ++v) particles.place(v, mesh.rest_body_m(v) + way_m);
   }
+  std::vector<VertexId> vertices() const {
+    std::vector<VertexId> all(mesh.vertex_slots());
+    std::iota(all.begin(), all.end(), VertexId{0});
+    return all;
+  }
   std::vector<BodyContact> contacts(LipFinder& finder) {
     std::vector<BodyContact> found;
     finder.find({0, mesh, particles}, 0.001, found);
@@ -48,8 +53,7 @@ struct SlabOnItsBed {
 TEST(Lips, are_found_where_their_walls_hang_together_nowhere) {
   SlabOnItsBed tissue;
   LipFinder finder;
-  std::vector<VertexId> all(tissue.mesh.vertex_slots());
-  std::iota(all.begin(), all.end(), VertexId{0});
+  const std::vector<VertexId> all = tissue.vertices();
   finder.follow(tissue.mesh, all);
   const auto walls = static_cast<std::size_t>(
       std::ranges::count_if(all, [&](VertexId v) { return SlabOnItsBed::is_between(tissue.mesh.rest_body_m(v)); }));
@@ -72,8 +76,7 @@ TEST(Lips, are_found_where_their_walls_hang_together_nowhere) {
 TEST(Lips, follow_walls_that_change) {
   SlabOnItsBed tissue;
   LipFinder finder;
-  std::vector<VertexId> all(tissue.mesh.vertex_slots());
-  std::iota(all.begin(), all.end(), VertexId{0});
+  const std::vector<VertexId> all = tissue.vertices();
   finder.follow(tissue.mesh, all);
   for (std::size_t step = 0; step < all.size(); ++step) tissue.contacts(finder);
   tissue.move_slab({0, 0, -3e-4});
