@@ -6,12 +6,10 @@
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <ifaddrs.h>
 #include <netdb.h>
-#include <unistd.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
 #include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <mutex>
 #include <regex>
@@ -21,6 +19,7 @@
 #include "common/core/log.h"
 #include "common/dds/expediting_transport.h"
 #include "common/dds/parts.h"
+#include "common/dds/program_number.h"
 #include "common/dds/qos.h"
 
 namespace sectio {
@@ -31,12 +30,6 @@ namespace rtps = eprosima::fastrtps::rtps;
 namespace {
 
 constexpr std::size_t kMaxSessionBytes = 64;
-// The programs of a host whose discovery ports are tried: on this host, and on each peer. Two programs meet when one of
-// them finds the other, and each try is a packet on the link: off this host, a program beyond the first 16 meets those
-// of another host that are among its first 16.
-constexpr std::uint32_t kProgramsOnHost = 64;
-constexpr std::uint32_t kProgramsTriedOffHost = 16;
-
 // The IPv4 address of a host that is given by its address or its name.
 std::string address_of_host(const std::string& host) {
   in_addr parsed{};
@@ -91,45 +84,6 @@ void prepare_process() {
   });
 }
 
-// Whether a program of this host could listen there.
-bool is_free(std::uint16_t udp_port) {
-  const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
-  if (socket < 0) return true;
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(udp_port);
-  const bool free = bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  close(socket);
-  return free;
-}
-
-// The lowest number whose discovery port is free, among those that peers try. Fast DDS would take a higher one, at
-// which nobody looks for this program. A process counts up, so that its participants have different numbers in all
-// domains.
-std::int32_t free_participant_id(const NetworkOptions& options) {
-  static std::atomic<std::uint32_t> count{0};
-  const std::uint32_t first = count++;
-  const rtps::PortParameters ports;
-  for (std::uint32_t i = 0; i < kProgramsOnHost; ++i) {
-    // Numbers that other hosts look for come first.
-    const bool looked_for = options.off_host() && i < kProgramsTriedOffHost;
-    const std::uint32_t id = looked_for           ? (first + i) % kProgramsTriedOffHost
-                             : options.off_host() ? i
-                                                  : (first + i) % kProgramsOnHost;
-    const std::uint32_t port =
-        ports.portBase + ports.domainIDGain * options.domain + ports.offsetd1 + ports.participantIDGain * id;
-    if (port + 1 > UINT16_MAX || !is_free(static_cast<std::uint16_t>(port))) continue;
-    if (options.off_host() && id >= kProgramsTriedOffHost)
-      log_limited(LogLevel::warning, "many programs",
-                  "this is program " + std::to_string(id + 1) + " of domain " + std::to_string(options.domain) +
-                      " on this host: it meets only the first " + std::to_string(kProgramsTriedOffHost) +
-                      " programs of each other host");
-    return static_cast<std::int32_t>(id);
-  }
-  throw InputError("--domain " + std::to_string(options.domain) + ": " + std::to_string(kProgramsOnHost) +
-                   " programs of this host are on it, and no more can find each other");
-}
-
 void say_that_it_is_open(const NetworkOptions& options) {
   const std::string where = joined(options.interfaces);
   log_limited(LogLevel::warning, "open",
@@ -138,7 +92,7 @@ void say_that_it_is_open(const NetworkOptions& options) {
 }
 
 dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& name,
-                                          const std::optional<Keys>& keys) {
+                                          const ProgramNumber& number, const std::optional<Keys>& keys) {
   dds::DomainParticipantQos qos;
   qos.name(name.c_str());
   if (keys)
@@ -147,7 +101,7 @@ dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const s
   const std::string announcement = to_user_data({options.protocol, options.session});
   qos.user_data().data_vec({announcement.begin(), announcement.end()});
   const std::uint32_t tried = options.off_host() ? kProgramsTriedOffHost : kProgramsOnHost;
-  qos.wire_protocol().participant_id = free_participant_id(options);
+  qos.wire_protocol().participant_id = number.value();
 
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->receiveBufferSize = kSocketBufferBytes;
@@ -214,8 +168,10 @@ Participant::Participant(const NetworkOptions& options, const std::string& name)
   auto* factory = dds::DomainParticipantFactory::get_instance();
   parts_->off_host = options.off_host();
   if (options.off_host() && !parts_->keys) say_that_it_is_open(options);
-  parts_->participant = factory->create_participant(options.domain, participant_qos(options, name, parts_->keys),
-                                                    &parts_->peers, dds::StatusMask::publication_matched());
+  parts_->number.emplace(options);
+  parts_->participant =
+      factory->create_participant(options.domain, participant_qos(options, name, *parts_->number, parts_->keys),
+                                  &parts_->peers, dds::StatusMask::publication_matched());
   if (parts_->participant == nullptr && parts_->keys)
     throw InputError("--keys " + parts_->keys->directory() +
                      ": DDS refuses them: their permissions are expired, damaged" + " or signed by somebody else");

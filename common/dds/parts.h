@@ -6,11 +6,13 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "common/dds/keys.h"
 #include "common/dds/participant.h"
 #include "common/dds/peers.h"
+#include "common/dds/program_number.h"
 
 namespace sectio {
 
@@ -30,6 +32,7 @@ struct Participant::Parts {
   std::map<std::string, eprosima::fastdds::dds::Publisher*> publishers;  // by channel
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;
   bool off_host = false;
+  std::optional<ProgramNumber> number;
 };
 
 inline eprosima::fastrtps::Duration_t duration(double seconds) {
