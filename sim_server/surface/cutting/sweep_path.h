@@ -123,9 +123,10 @@ struct SurfacePath {
 
 // The fronts that a sweep goes on from, and the groove at which it is to end.
 struct SweepEnds {
-  std::vector<CutFront> fronts;         // one for each part of the edge in the body, from above; may be empty
-  bool may_part = true;                 // a piece may come off
-  std::optional<CutFront> target = {};  // the front of another groove, along which the last pose lies
+  std::vector<CutFront> fronts;             // one for each part of the edge in the body, from above; may be empty
+  bool may_part = true;                     // a piece may come off
+  std::optional<CutFront> target = {};      // the front of another groove, along which the last pose lies
+  Mat3 world_from_rest = Mat3::Identity();  // the rotation by which the blade was taken to rest
 };
 
 // Is the front as it was, although other cuts may have changed the mesh?

@@ -338,7 +338,7 @@ class Step {
                          : r.what == RimItem::What::tip_last ? rim[(i + n - 1) % n]
                                                              : rim[(i + 1) % n];
     const VertexState above = draft_.state(vertices_[top.path][top.point]);
-    const Mat3& to_world = frames_[top.path][top.point].world_from_rest;
+    const Mat3& to_world = ends_.world_from_rest;
     const Vec3 half = settings_.open_bottom_m / 2 * sweep_.left;
     if (const CutFront* f = front_above(top); f && r.what != RimItem::What::bottom) {
       node.left = node.right = f->bottom;

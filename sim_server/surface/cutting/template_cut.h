@@ -36,7 +36,7 @@ struct TemplateSettings {
   double inset = 0.04;          // least barycentric coordinate of a path's end inside a triangle
   double min_step_m = 1e-4;     // shorter motions of the blade wait for more
   double join_tolerance_m = 0.002;  // a blade this close to the front of a groove joins it, or continues it
-  double patience_m = 0.005;        // an impossible step is postponed until the blade is this far ahead
+  double patience_m = 0.005;        // an impossible step is postponed until the blade has gone this far
   double release_depth_m = -2e-4;   // the stroke ends when the depth of the tip is below this
 };
 

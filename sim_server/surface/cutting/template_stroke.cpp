@@ -251,12 +251,18 @@ bool goes_on(const TemplateStroke& stroke, const BladeSweep& sweep, const Templa
   return way_m * stroke.fronts.front().ahead_body.dot(sweep.ahead) >= settings.min_step_m;
 }
 
+SweepEnds ends_of(const TemplateStroke& stroke) {
+  SweepEnds ends{stroke.fronts};
+  if (stroke.frame_world) ends.world_from_rest = stroke.frame_world->orientation.toRotationMatrix();
+  return ends;
+}
+
 enum class Went : std::uint8_t { on, nowhere, left_body, joined, refused };
 
 // Makes one permanent step towards the blade, if there is one to make.
 Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Grooves& grooves,
            const TemplateSettings& settings) {
-  SweepEnds ends{stroke.fronts};
+  SweepEnds ends = ends_of(stroke);
   BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, ends.fronts);
   if (!goes_on(stroke, sweep, settings)) return Went::nowhere;
   const auto refuse = [&](std::string_view why) {
@@ -340,6 +346,7 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBl
   for (int k = 0; k < kMostSteps; ++k) switch (go_on(draft, stroke, blade, grooves, settings)) {
       case Went::on:
         went_on = true;
+        stroke.stuck_since_body_m.reset();
         continue;
       case Went::left_body:
         return TemplateStrokeEnd::left_body;
@@ -349,7 +356,9 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBl
         if (went_on) stroke.active.assign(active.begin(), active.end());
         return TemplateStrokeEnd::going;
       case Went::refused:
-        if ((blade.tip_body_m - stroke.at_front->tip_body_m).norm() < settings.patience_m)
+        // A stroke may take up a groove whose front is further from the blade than the patience.
+        if (!stroke.stuck_since_body_m) stroke.stuck_since_body_m = blade.tip_body_m;
+        if ((blade.tip_body_m - *stroke.stuck_since_body_m).norm() < settings.patience_m)
           return TemplateStrokeEnd::going;
         stroke.newest = newest;
         return TemplateStrokeEnd::refused;
@@ -362,8 +371,9 @@ void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSe
   if (!goes_on(stroke, sweep_between(draft, *stroke.at_front, *stroke.newest, stroke.fronts), settings)) return;
   const MeshDraft before = draft;
   draft.mark();
-  const TemplateStep step =
-      cut_with_templates(draft, *stroke.at_front, *stroke.newest, {stroke.fronts, false}, stroke.active, settings);
+  SweepEnds ends = ends_of(stroke);
+  ends.may_part = false;
+  const TemplateStep step = cut_with_templates(draft, *stroke.at_front, *stroke.newest, ends, stroke.active, settings);
   if (step.outcome != TemplateOutcome::cut) return;
   stroke.temporary_inverse = draft.inverse_since_mark();
   stroke.temporary_fronts = step.fronts;

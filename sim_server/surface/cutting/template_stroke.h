@@ -43,6 +43,7 @@ struct TemplateStroke {
   std::optional<Blade> blade;               // newest pose in the world
   std::optional<Vec3> displacement_body_m;  // way of the tissue at the instrument from its place at rest, smoothed
   std::optional<Pose> frame_world;          // frame of the body at the instrument
+  std::optional<Vec3> stuck_since_body_m;   // tip at the first of the steps that were impossible
   std::string_view why_refused;             // for a person
   bool waits = false;                       // it waits for the blade to reach the end of the groove that it continues
   std::vector<TriangleId> active;           // triangles with which the temporary part began
@@ -58,8 +59,8 @@ struct TemplateStroke {
   template <class A>
   void archive(A& a) {
     a(edge_id, touched, bary, entered_body_m, begins_at_wall, fronts, at_front, newest, blade, displacement_body_m,
-      frame_world, why_refused, waits, active, bottoms_at_tip, faces, temporary_inverse, temporarily_moved,
-      temporary_fronts, temporary_starts, temporary_bottoms_at_tip, temporary_bottoms, place);
+      frame_world, stuck_since_body_m, why_refused, waits, active, bottoms_at_tip, faces, temporary_inverse,
+      temporarily_moved, temporary_fronts, temporary_starts, temporary_bottoms_at_tip, temporary_bottoms, place);
   }
 };
 
