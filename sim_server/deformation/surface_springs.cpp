@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/sort_unique.h"
 #include "common/mesh/slot_table.h"
 #include "sim_server/deformation/spring_kernel.h"
 
@@ -31,6 +32,9 @@ constexpr double kFreeSpeed_m_per_s = 2;
 // When some vertex is capped in so many of the last parts of steps, the implicit driver brings the surface to rest.
 constexpr int kLookBack = 128, kCappedAtMost = 96;
 constexpr int kStableAfterCap = 50;  // steps
+
+constexpr double kReturn_m_per_s = 0.2;  // of tissue that has come to be fixed, to its place
+constexpr double kAtHome_m = 1e-6;
 
 }  // namespace
 
@@ -158,6 +162,7 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
     lift_world_m_[v] = -physical / k_home * given_gravity_m_per_s2();
   }
   fixed_[v] = settings_.fixed && settings_.fixed(body_.to_world(rest_body_m_[v]));
+  if (fixed_[v]) displaced_.push_back(v);
   const double effective = physical + (scale_mass && !fixed_[v] ? added_mass_kg(physical, stiffness) : 0);
   physical_mass_[v] = physical;
   added_mass_[v] = effective - physical;
@@ -292,6 +297,7 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
                           std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   SECTIO_ASSERT(position_world_m.size() == rest_body_m_.size(), "one position a vertex slot");
   const double h = settings_.step_s;
+  take_fixed_home(position_world_m, velocity_m_per_s);
   frames_.follow(home_body_m_, physical_mass_, position_world_m,
                  [&](VertexId v) { rows_.set_home(v, home_world_m(v)); });
   was_implicit_ = settings_.adapts && (h > largest_stable_step_s() || (stable_for_ > 0 && stable_for_-- > 0));
@@ -310,6 +316,22 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
     slow_down_unpushed(position_world_m, velocity_m_per_s);
   }
   divided_.finish(reactions);
+}
+
+// The bottom of a cut that goes down into fixed tissue is fixed from then on, and was moving.
+void SurfaceSprings::take_fixed_home(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
+  sort_unique(displaced_);
+  std::erase_if(displaced_, [&](VertexId v) {
+    if (!rows_.contains(v) || !fixed_[v]) return true;
+    velocity_m_per_s[v].setZero();
+    const Vec3f home = frame_world(component_of(v)).to_world(rest_body_m_[v]).cast<float>();
+    const Vec3f way_m = home - position_world_m[v].head<3>();
+    const double far_m = way_m.norm();
+    if (far_m < kAtHome_m) return true;
+    position_world_m[v].head<3>() +=
+        static_cast<float>(std::min(1.0, kReturn_m_per_s * settings_.step_s / far_m)) * way_m;
+    return false;
+  });
 }
 
 void SurfaceSprings::find_held(std::span<const PointConstraint> constraints) {

@@ -148,9 +148,10 @@ class SurfaceSprings final : public DeformationEngine {
   void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
   void archive(Archive& a, const SharedBody&) override {
     a(settings_.gravity_m_per_s2, settings_.given_gravity_m_per_s2, body_, least_area_m2_, layer_m_, rows_,
-      rest_body_m_, home_body_m_, lift_world_m_, physical_mass_, added_mass_, inverse_mass_, fixed_, cut_, temporary_,
-      frames_, omega2_, physical_mass_kg_, added_mass_kg_, driver_, parts_, parts_at_rest_, refused_, implicit_steps_,
-      stable_for_, was_implicit_, parts_looked_at_, capped_parts_, forces_, clamped_, first_bad_vertex_);
+      rest_body_m_, home_body_m_, lift_world_m_, physical_mass_, added_mass_, inverse_mass_, fixed_, displaced_, cut_,
+      temporary_, frames_, omega2_, physical_mass_kg_, added_mass_kg_, driver_, parts_, parts_at_rest_, refused_,
+      implicit_steps_, stable_for_, was_implicit_, parts_looked_at_, capped_parts_, forces_, clamped_,
+      first_bad_vertex_);
     inside_.forget_pieces();
   }
   const SpringRows& rows() const { return rows_; }
@@ -195,6 +196,7 @@ class SurfaceSprings final : public DeformationEngine {
     VertexId v = kNone;
     Vec4f before_m_per_s = Vec4f::Zero(), free_m_per_s = Vec4f::Zero();
   };
+  void take_fixed_home(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   void find_held(std::span<const PointConstraint> constraints);
   void slow_down_unpushed(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
   Vec4f free_velocity(const Held& held, const VelocityUpdate& update, std::span<const Vec4f> position_world_m) const;
@@ -221,6 +223,7 @@ class SurfaceSprings final : public DeformationEngine {
   std::vector<double> added_mass_;
   std::vector<double> inverse_mass_;  // the effective mass; 0 when fixed
   std::vector<std::uint8_t> fixed_;
+  std::vector<VertexId> displaced_;      // fixed vertices that may not be at their places yet
   std::vector<std::uint8_t> cut_;        // a permanent change has touched the vertex
   std::vector<std::uint8_t> temporary_;  // the vertex was added by a temporary change
   RestFrames frames_;
