@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/math/intersect.h"
@@ -34,6 +35,13 @@ Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
   for (const TriangleId t : mesh.fan(v))
     if (is_wall(mesh, t)) area += area_of(corners_at_rest(mesh, t));
   return area.stableNormalized();
+}
+
+// Whether a place at rest, of a wall with this normal, is before these corners, which face it.
+bool is_before(const Corners& c, const Vec3& at_rest, const Vec3& normal) {
+  const Vec3 facing = area_of(c).stableNormalized();
+  const double before_m = (at_rest - c[0]).dot(facing);
+  return normal.dot(facing) < kFacing && before_m > -kBehindAtRest_m && before_m < kApartAtRest_m;
 }
 
 }  // namespace
@@ -91,17 +99,38 @@ void LipFinder::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) 
   walls_.near(mesh, at, [&](TriangleId t) {
     if (std::exchange(seen_[t], round_) == round_) return;
     const Corners c = corners_at_rest(mesh, t);
-    const Vec3 facing = area_of(c).stableNormalized();
-    const double before_m = (at - c[0]).dot(facing);
-    if (normal.dot(facing) >= kFacing || before_m <= -kBehindAtRest_m || before_m >= kApartAtRest_m ||
-        has_corner(mesh.triangle(t), v))
-      return;
+    if (has_corner(mesh.triangle(t), v) || !is_before(c, at, normal)) return;
     const double away = closest_on_triangle(at, c).squared_distance;
     if (away < kAside_m * kAside_m) found.emplace_back(away, t);
   });
   std::ranges::sort(found);
   lip.opposite.fill(kNone);
   for (std::size_t i = 0; i < std::min(found.size(), kOpposite); ++i) lip.opposite[i] = found[i].second;
+}
+
+// A vertex that has slid past the border of its nearest wall goes on to the neighbour that is nearer, which takes the
+// place of the furthest wall.
+void LipFinder::slide(const SharedBody& body, VertexId v, TriangleId on, Lip& lip) {
+  const ParticleView now = body.particles.view();
+  const auto squared_distance = [&](TriangleId t) {
+    const auto& c = body.mesh.triangle(t).v;
+    const Corners corners{now.position(c[0]), now.position(c[1]), now.position(c[2])};
+    return closest_on_triangle(now.position(v), corners).squared_distance;
+  };
+  const auto is_opposite = [&](TriangleId t) {
+    return t != kNone && is_wall(body.mesh, t) && !has_corner(body.mesh.triangle(t), v);
+  };
+  const Vec3 normal = wall_normal(body.mesh, v);
+  const double nearest = squared_distance(on);
+  for (const TriangleId t : body.mesh.neighbours(on)) {
+    if (!is_opposite(t) || std::ranges::find(lip.opposite, t) != lip.opposite.end()) continue;
+    if (squared_distance(t) >= nearest) continue;
+    if (!is_before(corners_at_rest(body.mesh, t), body.mesh.rest_body_m(v), normal)) continue;
+    const auto order = [&](TriangleId a) {
+      return is_opposite(a) ? squared_distance(a) : std::numeric_limits<double>::infinity();
+    };
+    *std::ranges::max_element(lip.opposite, {}, order) = t;
+  }
 }
 
 // Makes a contact with the nearest of the opposite triangles that the vertex is over or under.
@@ -129,7 +158,8 @@ void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, doubl
   if (on == kNone) return;
   const Vec3 away = at - best.point;
   const double above_m = away.dot(facing);
-  if (above_m > kReach_m || std::abs(above_m) < 0.7 * away.norm()) return;  // apart from the triangle, or beside it
+  if (above_m > kReach_m) return;
+  if (std::abs(above_m) < 0.7 * away.norm()) return slide(body, v, on, lip);  // beside the triangle
   const Corners rest = corners_at_rest(body.mesh, on);
   const Vec3 rest_point = best.bary[0] * rest[0] + best.bary[1] * rest[1] + best.bary[2] * rest[2];
   const double at_rest_m = (body.mesh.rest_body_m(v) - rest_point).dot(area_of(rest).stableNormalized());
