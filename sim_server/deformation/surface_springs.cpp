@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -177,6 +178,14 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   row.step_over_mass = static_cast<float>(part_s() * inverse_mass_[v]);
   row.gravity_share = static_cast<float>(physical * inverse_mass_[v]);
   rows_.set(v, row, star_.half_edges);
+  if (cut_[v] || temporary_[v]) {
+    double shortest_m = std::numeric_limits<double>::infinity();
+    for (const HalfEdge& e : star_.half_edges)
+      if (e.k > 0) shortest_m = std::min(shortest_m, double{e.k_l0} / double{e.k});
+    short_springs_.watch(v, shortest_m);
+  } else {
+    short_springs_.forget(v);
+  }
 }
 
 void SurfaceSprings::forget_mass(VertexId v) {
@@ -190,6 +199,7 @@ void SurfaceSprings::remove_row(VertexId v) {
   omega2_.set(v, 0);
   fixed_[v] = cut_[v] = temporary_[v] = 0;
   rows_.remove(v);
+  short_springs_.forget(v);
   frames_.move(v, kNone);
 }
 
@@ -396,6 +406,8 @@ void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<
     parts_looked_at_ = capped_parts_ = 0;
   }
   push(velocity_m_per_s);
+  const auto is_held = [&](VertexId v) { return std::ranges::binary_search(held_, v, {}, &Held::v); };
+  short_springs_.stop_crossings(rows_, inverse_mass_, h, is_held, position_world_m, velocity_m_per_s);
   update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
   frames_.stop_at_beds(h, position_world_m, velocity_m_per_s);
 }
