@@ -1,8 +1,8 @@
 // The number of a program among those of its host in a domain. From it follow the UDP ports at which peers look for the
 // program, so that no two programs may have the same one.
 //
-// A port that is free now may be taken by another program before Fast DDS opens it. A number is therefore reserved, by a
-// name that only one program of a host can hold, from when it is chosen until its program ends, however it ends.
+// A port that is free now may be taken by another program before Fast DDS opens it. A number is therefore reserved, by
+// a name that only one program of a host can hold, from when it is chosen until its program ends, however it ends.
 #pragma once
 
 #include <cstdint>

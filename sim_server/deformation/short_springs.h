@@ -5,10 +5,10 @@
 //
 //     a ->  <- b     |d| < h |v_b - v_a|      b <-  -> a     at h = 1 ms and 1 m/s, all springs below 1 mm
 //
-// Ends that pass each other once or twice do no harm: a blade that goes by presses them. Those of a vertex at which that
-// happens again and again are stopped: where they would pass each other in this step, an impulse along the spring takes
-// their relative velocity along it, as in an inelastic collision. Momentum is kept, energy only lost. O(vertices around
-// cuts) a step.
+// Ends that pass each other once or twice do no harm: a blade that goes by presses them. A vertex at which that happens
+// again and again is stopped: where ends would pass each other in this step, an impulse along the spring takes their
+// relative velocity along it, as in an inelastic collision. Momentum is kept, energy only lost. O(vertices around cuts)
+// a step.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ class ShortSprings {
   }
 
  private:
-  static constexpr int kRise = 2, kFall = 1, kTooOften = 40, kMost = 60;  // of Watched::passed
+  static constexpr int kRise = 2, kFall = 1, kTooOften = 40, kMost = 60;  // Watched::passed counts with these
   struct Watched {
     VertexId v = kNone;
     float shortest_m = 0;
@@ -60,7 +60,8 @@ void ShortSprings::stop_crossings(const SpringRows& rows, std::span<const double
                                   std::span<Vec4f> velocity_m_per_s) {
   const auto h = static_cast<float>(step_s);
   for (Watched& w : watched_) {
-    const bool may_pass = 2 * h * velocity_m_per_s[w.v].norm() > w.shortest_m;  // of two slower ones, neither does
+    const bool may_pass =
+        2 * h * velocity_m_per_s[w.v].norm() > w.shortest_m;  // two slower vertices don't reach each other
     bool passes = false;
     for (std::uint32_t n = 0; may_pass && n < rows.degree(w.v); ++n) {
       const VertexId to = rows.half_edge(w.v, n).to;

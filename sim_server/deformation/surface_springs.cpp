@@ -34,7 +34,7 @@ constexpr double kFreeSpeed_m_per_s = 2;
 constexpr int kLookBack = 128, kCappedAtMost = 96;
 constexpr int kStableAfterCap = 50;  // steps
 
-constexpr double kReturn_m_per_s = 0.2;  // of tissue that has come to be fixed, to its place
+constexpr double kReturn_m_per_s = 0.2;  // tissue that has come to be fixed goes to its place
 constexpr double kAtHome_m = 1e-6;
 
 }  // namespace
