@@ -16,6 +16,7 @@ using Kind = PathPoint::Kind;
 
 constexpr double kLeastPart_m = 1e-4;   // a shorter part of the edge is in a fold of the surface
 constexpr double kWidestOpening = 0.4;  // largest width, over the distance to the nearest vertex beside the path
+constexpr double kFolded = 0.7;         // cosine by which a face has turned against the body, and is in a fold
 
 // The surface at a point of a path, before any change.
 struct PathFrame {
@@ -327,6 +328,13 @@ class Step {
     return node;
   }
 
+  // Tissue below a face has turned with it, unless that belongs to a folded lip: then it says nothing about what is
+  // deep below, and bottoms are made where the blade is.
+  Mat3 rotation_below(const PathFrame& frame) const {
+    const double turned = 0.5 * ((frame.world_from_rest.transpose() * ends_.world_from_rest).trace() - 1);
+    return turned > kFolded ? frame.world_from_rest : ends_.world_from_rest;
+  }
+
   // A corner inside the body, or a bottom. New ones are made above the tip's trail.
   SlitNode inner_node(const Rim& rim, std::size_t i, TemplateStep& step) {
     const RimItem& r = rim[i];
@@ -338,7 +346,7 @@ class Step {
                          : r.what == RimItem::What::tip_last ? rim[(i + n - 1) % n]
                                                              : rim[(i + 1) % n];
     const VertexState above = draft_.state(vertices_[top.path][top.point]);
-    const Mat3& to_world = ends_.world_from_rest;
+    const Mat3 to_world = rotation_below(frames_[top.path][top.point]);
     const Vec3 half = settings_.open_bottom_m / 2 * sweep_.left;
     if (const CutFront* f = front_above(top); f && r.what != RimItem::What::bottom) {
       node.left = node.right = f->bottom;
