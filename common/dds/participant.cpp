@@ -30,6 +30,7 @@ namespace rtps = eprosima::fastrtps::rtps;
 namespace {
 
 constexpr std::size_t kMaxSessionBytes = 64;
+
 // The IPv4 address of a host that is given by its address or its name.
 std::string address_of_host(const std::string& host) {
   in_addr parsed{};

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "common/core/error.h"
@@ -29,8 +30,9 @@ bool is_free(std::uint16_t udp_port) {
   return free;
 }
 
-// A socket whose name, in the abstract namespace, belongs to one program of a host; -1: another program has it.
-int reserve(std::uint32_t domain, std::uint32_t number) {
+// A socket whose name, in the abstract namespace, belongs to one program of a host; -1 where programs may not have such
+// sockets. Nothing: another program has it.
+std::optional<int> reserve(std::uint32_t domain, std::uint32_t number) {
   const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket < 0) return socket;
   const std::string name = "sectio domain " + std::to_string(domain) + " program " + std::to_string(number);
@@ -41,7 +43,11 @@ int reserve(std::uint32_t domain, std::uint32_t number) {
   const auto* const named = reinterpret_cast<const sockaddr*>(&address);
   if (bind(socket, named, static_cast<socklen_t>(size)) == 0 || errno != EADDRINUSE) return socket;
   close(socket);
-  return -1;
+  return std::nullopt;
+}
+
+void release(int reservation) {
+  if (reservation >= 0) close(reservation);
 }
 
 }  // namespace
@@ -60,10 +66,10 @@ ProgramNumber::ProgramNumber(const NetworkOptions& options) {
     const std::uint32_t port =
         ports.portBase + ports.domainIDGain * options.domain + ports.offsetd1 + ports.participantIDGain * number;
     if (port + 1 > UINT16_MAX) continue;
-    reservation_ = reserve(options.domain, number);
-    if (reservation_ < 0) continue;
+    const std::optional<int> reservation = reserve(options.domain, number);
+    if (!reservation) continue;
     if (!is_free(static_cast<std::uint16_t>(port))) {
-      close(reservation_);
+      release(*reservation);
       continue;
     }
     if (options.off_host() && number >= kProgramsTriedOffHost)
@@ -72,6 +78,7 @@ ProgramNumber::ProgramNumber(const NetworkOptions& options) {
                       " on this host: it meets only the first " + std::to_string(kProgramsTriedOffHost) +
                       " programs of each other host");
     value_ = static_cast<std::int32_t>(number);
+    reservation_ = *reservation;
     return;
   }
   throw InputError("--domain " + std::to_string(options.domain) + ": " + std::to_string(kProgramsOnHost) +
@@ -79,7 +86,7 @@ ProgramNumber::ProgramNumber(const NetworkOptions& options) {
 }
 
 ProgramNumber::~ProgramNumber() {
-  if (reservation_ >= 0) close(reservation_);
+  release(reservation_);
 }
 
 }  // namespace sectio

@@ -30,7 +30,7 @@ class ProgramNumber {
 
  private:
   std::int32_t value_ = 0;
-  int reservation_ = -1;  // a socket with the name of the number
+  int reservation_ = -1;  // a socket with the name of the number; -1: none, where programs may not have one
 };
 
 }  // namespace sectio
