@@ -29,6 +29,16 @@ bool has_corner(const Triangle& t, VertexId v) {
   return std::ranges::find(t.v, v) != t.v.end();
 }
 
+Corners corners_now(const SharedBody& body, TriangleId t) {
+  const ParticleView now = body.particles.view();
+  const auto& v = body.mesh.triangle(t).v;
+  return {now.position(v[0]), now.position(v[1]), now.position(v[2])};
+}
+// Whether a triangle that was opposite to a vertex, or may be, is a wall still, and another one than the vertex's own.
+bool is_opposite(const TriangleMesh& mesh, VertexId v, TriangleId t) {
+  return t != kNone && is_wall(mesh, t) && !has_corner(mesh.triangle(t), v);
+}
+
 // The mean normal of the walls at a vertex, at rest.
 Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
   Vec3 area = Vec3::Zero();
@@ -110,26 +120,18 @@ void LipFinder::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) 
 
 // A vertex that has slid past the border of its nearest wall goes on to the neighbour that is nearer, which takes the
 // place of the furthest wall.
-void LipFinder::slide(const SharedBody& body, VertexId v, TriangleId on, Lip& lip) {
-  const ParticleView now = body.particles.view();
+void LipFinder::slide(const SharedBody& body, VertexId v, TriangleId on, double nearest, Lip& lip) {
+  const Vec3 at = body.particles.view().position(v), normal = wall_normal(body.mesh, v);
   const auto squared_distance = [&](TriangleId t) {
-    const auto& c = body.mesh.triangle(t).v;
-    const Corners corners{now.position(c[0]), now.position(c[1]), now.position(c[2])};
-    return closest_on_triangle(now.position(v), corners).squared_distance;
+    return closest_on_triangle(at, corners_now(body, t)).squared_distance;
   };
-  const auto is_opposite = [&](TriangleId t) {
-    return t != kNone && is_wall(body.mesh, t) && !has_corner(body.mesh.triangle(t), v);
+  const auto order = [&](TriangleId t) {
+    return is_opposite(body.mesh, v, t) ? squared_distance(t) : std::numeric_limits<double>::infinity();
   };
-  const Vec3 normal = wall_normal(body.mesh, v);
-  const double nearest = squared_distance(on);
   for (const TriangleId t : body.mesh.neighbours(on)) {
-    if (!is_opposite(t) || std::ranges::find(lip.opposite, t) != lip.opposite.end()) continue;
-    if (squared_distance(t) >= nearest) continue;
-    if (!is_before(corners_at_rest(body.mesh, t), body.mesh.rest_body_m(v), normal)) continue;
-    const auto order = [&](TriangleId a) {
-      return is_opposite(a) ? squared_distance(a) : std::numeric_limits<double>::infinity();
-    };
-    *std::ranges::max_element(lip.opposite, {}, order) = t;
+    if (std::ranges::find(lip.opposite, t) != lip.opposite.end() || order(t) >= nearest) continue;
+    if (is_before(corners_at_rest(body.mesh, t), body.mesh.rest_body_m(v), normal))
+      *std::ranges::max_element(lip.opposite, {}, order) = t;
   }
 }
 
@@ -137,16 +139,14 @@ void LipFinder::slide(const SharedBody& body, VertexId v, TriangleId on, Lip& li
 void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
                              std::vector<BodyContact>& contacts) {
   if (lip.pause > 0) return void(--lip.pause);
-  const ParticleView now = body.particles.view();
-  const Vec3 at = now.position(v);
+  const Vec3 at = body.particles.view().position(v);
   double nearest = kDeepest_m * kDeepest_m;
   TriangleId on = kNone;
   ClosestPoint best;
   Vec3 facing = Vec3::Zero();
   for (const TriangleId t : lip.opposite) {
-    if (t == kNone || !is_wall(body.mesh, t) || has_corner(body.mesh.triangle(t), v)) continue;
-    const auto& c = body.mesh.triangle(t).v;
-    const Corners corners{now.position(c[0]), now.position(c[1]), now.position(c[2])};
+    if (!is_opposite(body.mesh, v, t)) continue;
+    const Corners corners = corners_now(body, t);
     const ClosestPoint closest = closest_on_triangle(at, corners);
     if (closest.squared_distance >= nearest) continue;
     nearest = closest.squared_distance;
@@ -159,7 +159,7 @@ void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, doubl
   const Vec3 away = at - best.point;
   const double above_m = away.dot(facing);
   if (above_m > kReach_m) return;
-  if (std::abs(above_m) < 0.7 * away.norm()) return slide(body, v, on, lip);  // beside the triangle
+  if (std::abs(above_m) < 0.7 * away.norm()) return slide(body, v, on, nearest, lip);  // beside the triangle
   const Corners rest = corners_at_rest(body.mesh, on);
   const Vec3 rest_point = best.bary[0] * rest[0] + best.bary[1] * rest[1] + best.bary[2] * rest[2];
   const double at_rest_m = (body.mesh.rest_body_m(v) - rest_point).dot(area_of(rest).stableNormalized());

@@ -53,7 +53,7 @@ class LipFinder {
 
   void search(const TriangleMesh& mesh);
   void search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip);
-  static void slide(const SharedBody& body, VertexId v, TriangleId on, Lip& lip);
+  static void slide(const SharedBody& body, VertexId v, TriangleId on, double nearest, Lip& lip);
   static void find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
                            std::vector<BodyContact>& contacts);
 
