@@ -23,8 +23,8 @@ namespace sectio {
 
 class ShortSprings {
  public:
-  // Watches the springs of a vertex, or goes on to, whose row is in `rows` when stop_crossings() is called.
-  void watch(VertexId v, double shortest_m);
+  // Watches these springs of a vertex, or goes on to.
+  void watch(VertexId v, std::span<const HalfEdge> springs);
   void forget(VertexId v);
 
   // Call between the update of the velocities and that of the positions over step_s. inverse_mass: one a vertex slot,
@@ -60,8 +60,8 @@ void ShortSprings::stop_crossings(const SpringRows& rows, std::span<const double
                                   std::span<Vec4f> velocity_m_per_s) {
   const auto h = static_cast<float>(step_s);
   for (Watched& w : watched_) {
-    const bool may_pass =
-        2 * h * velocity_m_per_s[w.v].norm() > w.shortest_m;  // two slower vertices don't reach each other
+    // Two slower vertices don't reach each other.
+    const bool may_pass = 2 * h * velocity_m_per_s[w.v].norm() > w.shortest_m;
     bool passes = false;
     for (std::uint32_t n = 0; may_pass && n < rows.degree(w.v); ++n) {
       const VertexId to = rows.half_edge(w.v, n).to;

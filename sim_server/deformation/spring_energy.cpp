@@ -4,14 +4,6 @@
 #include <cmath>
 
 namespace sectio {
-namespace {
-
-double rest_length_m(const HalfEdge& s) {
-  return s.k > 0 ? double{s.k_l0} / double{s.k} : 0;
-}
-
-}  // namespace
-
 void SpringEnergy::read(const SpringRows& rows, std::uint32_t vertex_count) {
   vertices_.assign(vertex_count, {});
   first_.assign(vertex_count + 1, 0);
@@ -32,7 +24,7 @@ double SpringEnergy::energy_j(std::span<const Vec3> x) {
     energy += 0.5 * vertices_[v].k_home * (vertices_[v].home_world_m - x[v]).squaredNorm();
     for (std::uint32_t n = first_[v]; n < first_[v + 1]; ++n) {
       const HalfEdge& s = ends_[n].spring;
-      energy += 0.25 * double{s.k} * std::pow((x[s.to] - x[v]).norm() - rest_length_m(s), 2);  // met twice
+      energy += 0.25 * double{s.k} * std::pow((x[s.to] - x[v]).norm() - s.rest_length_m(), 2);  // met twice
     }
   }
   return energy;

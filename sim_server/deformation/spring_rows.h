@@ -59,6 +59,9 @@ struct HalfEdge {
   float k = 0;
   float k_l0 = 0;
   bool operator==(const HalfEdge&) const = default;
+
+  // 0 for a spring without stiffness, which has none.
+  double rest_length_m() const { return k > 0 ? double{k_l0} / double{k} : 0; }
 };
 
 struct VertexRow {

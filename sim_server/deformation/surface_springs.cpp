@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -178,14 +177,10 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   row.step_over_mass = static_cast<float>(part_s() * inverse_mass_[v]);
   row.gravity_share = static_cast<float>(physical * inverse_mass_[v]);
   rows_.set(v, row, star_.half_edges);
-  if (cut_[v] || temporary_[v]) {
-    double shortest_m = std::numeric_limits<double>::infinity();
-    for (const HalfEdge& e : star_.half_edges)
-      if (e.k > 0) shortest_m = std::min(shortest_m, double{e.k_l0} / double{e.k});
-    short_springs_.watch(v, shortest_m);
-  } else {
+  if (cut_[v] || temporary_[v])
+    short_springs_.watch(v, star_.half_edges);
+  else
     short_springs_.forget(v);
-  }
 }
 
 void SurfaceSprings::forget_mass(VertexId v) {
@@ -440,7 +435,7 @@ double SurfaceSprings::energy_j(std::span<const Vec4f> position_world_m,
     for (std::uint32_t n = 0; n < rows_.degree(v); ++n) {
       const HalfEdge e = rows_.half_edge(v, n);
       const double l = (position_world_m[e.to].head<3>().cast<double>() - x).norm();
-      const double stretch = l - (e.k > 0 ? double{e.k_l0} / double{e.k} : l);
+      const double stretch = l - e.rest_length_m();
       energy += 0.25 * double{e.k} * stretch * stretch;  // each spring is met twice
     }
     if (inverse_mass_[v] == 0) continue;
