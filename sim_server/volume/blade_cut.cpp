@@ -92,6 +92,7 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, std::vector<BladeEdge
     return !plane || std::abs(plane->normal.dot(normals[k])) > kGoesOn;
   });
   TetCutSettings tets = settings_.tets;
+  tets.close_m = tissue_.metres(settings_.close_edges);
   tets.crumb_m3 = settings_.crumb_cubic_edges * std::pow(mean_edge_m, 3);
   return cut(topology_, sheet, tets, begin);
 }

@@ -218,8 +218,8 @@ class SheetCut {
 
   void snap() {
     for (const Crossing& c : crossings_) {
-      if (c.t <= settings_.snap) snap_to(c.a);
-      if (c.t >= 1 - settings_.snap) snap_to(c.b);
+      if (c.t <= settings_.snap || std::abs(height(c.a)) < settings_.close_m) snap_to(c.a);
+      if (c.t >= 1 - settings_.snap || std::abs(height(c.b)) < settings_.close_m) snap_to(c.b);
       mean_edge_m_ += length_m(c) / static_cast<double>(crossings_.size());
     }
     std::erase_if(crossings_, [&](const Crossing& c) { return side(c.a) == 0 || side(c.b) == 0; });

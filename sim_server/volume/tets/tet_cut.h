@@ -2,7 +2,8 @@
 // near vertices to these.
 //
 //   1  find the edges whose ends lie on different sides of the sheet's plane and which it crosses inside its outline
-//   2  move a crossing close to an end of its edge to that vertex: the cut moves, the vertex doesn't
+//   2  move a crossing close to an end of its edge, or next to an end close to the sheet, to that vertex: the cut moves,
+//      the vertex doesn't
 //   3  split the other edges at their crossings, in ascending order of their ends. A tetrahedron with three crossed
 //      edges becomes 4, one with four 6; neighbours see the same splits, so that all faces match
 //   4  at a side of the outline where the cut is to end exactly: split the elements that the sheet enters as if it went
@@ -33,6 +34,9 @@ struct TetCutSettings {
   double crumb_m3 = 0;
   // When no blade is in the tissue, edges with a smaller ratio are collapsed (collapse_onto()); 0: none is.
   double collapse_ratio = 0.15;
+  // A crossing at an end this close to the sheet is moved there, too. Sheets that nearly coincide, as those of a blade
+  // that goes slowly through a thread, would cut what each of them has made again and again.
+  double close_m = 0;
 };
 
 struct TetCutOutcome {

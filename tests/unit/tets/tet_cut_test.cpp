@@ -129,6 +129,23 @@ TEST(TetCut, a_second_cut_across_and_one_along_the_first) {
 }
 
 // A second cut, a millimetre above the first, parts a slice from what is above it.
+// A blade that goes slowly through a thread: each of its sheets turns a little.
+TEST(TetCut, sheets_that_nearly_coincide_do_not_cut_each_others_elements_again_and_again) {
+  const auto growth = [](double close_m) {
+    TetTopology volume(off_planes());
+    TetCutSettings settings;
+    settings.close_m = close_m;
+    const double before = report(volume).tetrahedra;
+    for (int n = 0; n < 16; ++n) {
+      const Vec3 u(0.1, 0, 0.002 * std::sin(2.4 * n)), w(0, 0.1, 0.002 * std::cos(2.4 * n));
+      cut(volume, sheet(kMiddle, u, w), settings);
+    }
+    return report(volume).tetrahedra / before;
+  };
+  EXPECT_LT(growth(4e-4), 6);
+  EXPECT_GT(growth(0), 60);
+}
+
 TEST(TetCut, a_crumb_stays_on_the_other_side_and_leaves_the_first_cut_open) {
   for (const double crumb_m3 : {0.0, 1e-5}) {
     TetTopology volume(off_planes());
