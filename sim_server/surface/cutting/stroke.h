@@ -71,6 +71,30 @@ struct BladeSeen {
   }
 };
 
+// A vertex of the temporary subdivision moves like any other. It begins where the subdivision puts it, and has drifted
+// when that is undone.
+struct Drift {
+  Vec3 way_world_m = Vec3::Zero(), velocity_world_m_per_s = Vec3::Zero();
+
+  static Drift between(const VertexState& from, const VertexState& to) {
+    return {to.position_world_m - from.position_world_m, to.velocity_world_m_per_s - from.velocity_world_m_per_s};
+  }
+  static Drift mix(const Drift& a, const Drift& b, double s) {
+    return {(1 - s) * a.way_world_m + s * b.way_world_m,
+            (1 - s) * a.velocity_world_m_per_s + s * b.velocity_world_m_per_s};
+  }
+  VertexState from(VertexState state) const {
+    state.position_world_m += way_world_m;
+    state.velocity_world_m_per_s += velocity_world_m_per_s;
+    return state;
+  }
+
+  template <class A>
+  void archive(A& a) {
+    a(way_world_m, velocity_world_m_per_s);
+  }
+};
+
 struct Stroke {
   std::uint32_t edge_id = 0;
   BladeSeen seen;
@@ -94,7 +118,13 @@ struct Stroke {
   // The states of the apex's halves, while the temporary subdivision is undone; the apex is then between them.
   std::optional<std::array<VertexState, 2>> lips;
 
-  // The temporary subdivision.
+  // The temporary subdivision. One that is made anew begins on the surface as the one before has left it, not as the
+  // surface would be without any: springs that have given way would be stretched again at each step of the blade, and
+  // drive the vertices around the end of the cut to and fro. The tip drifts from its place in the cell, the bottom from
+  // its place under the tip.
+  Drift tip_drift, bottom_drift;
+  Cell temporary_cell;
+  Vec3 temporary_bary = Vec3::Zero();  // of the tip
   std::optional<TopologyDelta> temporary_inverse;
   VertexId temporary_tip = kNone;
   VertexId temporary_twin = kNone;                       // the other half of the apex; kNone: the apex is not divided
@@ -106,8 +136,8 @@ struct Stroke {
   template <class A>
   void archive(A& a) {
     a(edge_id, seen, cell, touched, bary, start, bottom, start_bottom, apex_bottom, first, points, length_m, blade,
-      why_refused, heading_body, behind_body_m, has_moved, met, lips, temporary_inverse, temporary_tip, temporary_twin,
-      temporary_pair, temporary_bottoms);
+      why_refused, heading_body, behind_body_m, has_moved, met, lips, tip_drift, bottom_drift, temporary_cell,
+      temporary_bary, temporary_inverse, temporary_tip, temporary_twin, temporary_pair, temporary_bottoms);
   }
 };
 

@@ -191,6 +191,7 @@ class Walk {
     if (s == kNone) return false;
     stroke_.start_bottom = bottom_under(draft_, face.v, draft_.state(s), blade_, settings_);
     stroke_.first = s;
+    stroke_.temporary_cell = {};
     stroke_.points = 1;
     stroke_.length_m = 0;
     stroke_.heading_body.setZero();
@@ -303,7 +304,8 @@ class Walk {
   MayEnd cut_to(VertexId next, const std::array<VertexId, 3>& corners) {
     if (next == stroke_.start || is_lip(stroke_.cell.apex, next)) return WalkEnd::waits;
     const VertexId bottom_there = grooves_.bottom_of(next);
-    VertexState bottom = bottom_under(draft_, corners, draft_.state(next), blade_, settings_);
+    VertexState bottom = drift_of_last_bottom(draft_, stroke_, blade_)
+                             .from(bottom_under(draft_, corners, draft_.state(next), blade_, settings_));
     if (bottom_there != kNone && stroke_.bottom != kNone)
       bottom = VertexState::mix(draft_.state(stroke_.bottom), draft_.state(bottom_there), 0.5);
     const VertexId from = stroke_.cell.apex;
@@ -414,6 +416,7 @@ bool branch_off(const MeshDraft& draft, Stroke& stroke, const Grooves& grooves, 
     stroke.bary = Vec3::UnitX();
     stroke.bottom = bottom;
     stroke.start = stroke.first = kNone;
+    stroke.temporary_cell = {};
     stroke.points = 1;
     stroke.length_m = 0;
     stroke.lips.reset();

@@ -8,6 +8,8 @@ namespace sectio {
 // The bottom of the groove under a surface point: on the line of the blade, at most as deep as tip and tissue allow.
 VertexState bottom_under(const MeshDraft& draft, const std::array<VertexId, 3>& corners, const VertexState& surface,
                          const Blade& blade, const StrokeSettings& settings);
+// The drift of the bottom beneath the apex from its place under the apex.
+Drift drift_of_last_bottom(const MeshDraft& draft, const Stroke& stroke, const Blade& blade);
 
 // Moves the halves of a split apex to their places before the temporary subdivision was undone.
 void part_lips(MeshDraft& draft, Stroke& stroke, VertexId twin);
