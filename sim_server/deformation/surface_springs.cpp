@@ -178,9 +178,9 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   row.gravity_share = static_cast<float>(physical * inverse_mass_[v]);
   rows_.set(v, row, star_.half_edges);
   if (cut_[v] || temporary_[v])
-    short_springs_.watch(v, star_.half_edges);
+    cut_damping_.watch(v);
   else
-    short_springs_.forget(v);
+    cut_damping_.forget(v);
 }
 
 void SurfaceSprings::forget_mass(VertexId v) {
@@ -194,7 +194,7 @@ void SurfaceSprings::remove_row(VertexId v) {
   omega2_.set(v, 0);
   fixed_[v] = cut_[v] = temporary_[v] = 0;
   rows_.remove(v);
-  short_springs_.forget(v);
+  cut_damping_.forget(v);
   frames_.move(v, kNone);
 }
 
@@ -402,7 +402,7 @@ void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<
   }
   push(velocity_m_per_s);
   const auto is_held = [&](VertexId v) { return std::ranges::binary_search(held_, v, {}, &Held::v); };
-  short_springs_.stop_crossings(rows_, inverse_mass_, h, is_held, position_world_m, velocity_m_per_s);
+  cut_damping_.damp(rows_, inverse_mass_, h, is_held, position_world_m, velocity_m_per_s);
   update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
   frames_.stop_at_beds(h, position_world_m, velocity_m_per_s);
 }

@@ -36,13 +36,13 @@
 #include "common/material/elastic_material.h"
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
+#include "sim_server/deformation/cut_damping.h"
 #include "sim_server/deformation/deformation_engine.h"
 #include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/implicit_driver.h"
 #include "sim_server/deformation/inside_pressure.h"
 #include "sim_server/deformation/max_tree.h"
 #include "sim_server/deformation/rest_frames.h"
-#include "sim_server/deformation/short_springs.h"
 #include "sim_server/deformation/spring_energy.h"
 #include "sim_server/deformation/spring_kernel.h"
 #include "sim_server/deformation/spring_rows.h"
@@ -149,7 +149,7 @@ class SurfaceSprings final : public DeformationEngine {
   void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
   void archive(Archive& a, const SharedBody&) override {
     a(settings_.gravity_m_per_s2, settings_.given_gravity_m_per_s2, body_, least_area_m2_, layer_m_, rows_,
-      short_springs_, rest_body_m_, home_body_m_, lift_world_m_, physical_mass_, added_mass_, inverse_mass_, fixed_,
+      cut_damping_, rest_body_m_, home_body_m_, lift_world_m_, physical_mass_, added_mass_, inverse_mass_, fixed_,
       displaced_, cut_, temporary_, frames_, omega2_, physical_mass_kg_, added_mass_kg_, driver_, parts_,
       parts_at_rest_, refused_, implicit_steps_, stable_for_, was_implicit_, parts_looked_at_, capped_parts_, forces_,
       clamped_, first_bad_vertex_);
@@ -217,7 +217,7 @@ class SurfaceSprings final : public DeformationEngine {
   double layer_m_ = 0;  // before cuts have made small triangles
 
   SpringRows rows_;
-  ShortSprings short_springs_;
+  CutDamping cut_damping_;
   std::vector<Vec3> rest_body_m_;
   std::vector<Vec3> home_body_m_;   // the home springs pull here
   std::vector<Vec3> lift_world_m_;  // anchored tissue's homes are lifted so by its weight

@@ -123,8 +123,8 @@ struct Stroke {
   // drive the vertices around the end of the cut to and fro. The tip drifts from its place in the cell, the bottom from
   // its place under the tip.
   Drift tip_drift, bottom_drift;
-  Cell temporary_cell;
-  Vec3 temporary_bary = Vec3::Zero();  // of the tip
+  Cell temporary_cell;                 // with the tip
+  Vec3 temporary_bary = Vec3::Zero();  // its place in the cell
   std::optional<TopologyDelta> temporary_inverse;
   VertexId temporary_tip = kNone;
   VertexId temporary_twin = kNone;                       // the other half of the apex; kNone: the apex is not divided

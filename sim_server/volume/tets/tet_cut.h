@@ -2,8 +2,8 @@
 // near vertices to these.
 //
 //   1  find the edges whose ends lie on different sides of the sheet's plane and which it crosses inside its outline
-//   2  move a crossing close to an end of its edge, or next to an end close to the sheet, to that vertex: the cut moves,
-//      the vertex doesn't
+//   2  move a crossing close to an end of its edge, or next to an end close to the sheet, to that vertex: the cut
+//      moves, the vertex doesn't
 //   3  split the other edges at their crossings, in ascending order of their ends. A tetrahedron with three crossed
 //      edges becomes 4, one with four 6; neighbours see the same splits, so that all faces match
 //   4  at a side of the outline where the cut is to end exactly: split the elements that the sheet enters as if it went
