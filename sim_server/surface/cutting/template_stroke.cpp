@@ -19,6 +19,7 @@ constexpr double kOnward = 0.25;      // a blade that rises still cuts when it g
 constexpr double kHeading_m = 1e-3;   // a cut's direction is taken over this way: a short step may go anywhere
 constexpr double kMostSlant = 2;      // slant of a joined front, in tolerances between its ends along the motion
 constexpr int kMostSteps = 64;        // steps into which one motion is divided
+constexpr double kSamePart_m = 1e-3;  // vertices of a temporary part that is made anew are this near to the last ones
 
 // Does all of a triangle run along the plane, in the groove that the blade is in?
 bool lies_along(const MeshDraft& draft, const BladeSweep& sweep, const Triangle& t, double within_m) {
@@ -225,6 +226,9 @@ void take_bottoms_to_tip(MeshDraft& draft, TemplateStroke& stroke) {
 
 bool undo_temporary(MeshDraft& draft, TemplateStroke& stroke) {
   if (!stroke.temporary_inverse) return true;
+  stroke.last_temporary.clear();
+  for (const VertexEdit& e : stroke.temporary_inverse->vertices)
+    if (!e.alive) stroke.last_temporary.emplace_back(e.id, draft.state(e.id));
   const bool undone = draft.undo(*stroke.temporary_inverse);
   for (const auto& [v, by_world] : stroke.temporarily_moved) {
     if (!undone) break;
@@ -366,6 +370,27 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBl
   return TemplateStrokeEnd::going;
 }
 
+namespace {
+
+// A temporary part that is made anew begins where springs have taken the one before. Else these springs would be
+// stretched again at each step of the blade, and drive the vertices around the front to and fro.
+void begin_where_last_came_to(MeshDraft& draft, const TemplateStroke& stroke, const Mat3& world_from_rest) {
+  std::vector<VertexId> made;
+  for (const VertexEdit& e : stroke.temporary_inverse->vertices)
+    if (!e.alive) made.push_back(e.id);
+  const auto is_same = [&](VertexId v, const auto& last) {
+    return v == last.first && (draft.rest(v) - last.second.rest_body_m).norm() < kSamePart_m;
+  };
+  if (!std::ranges::equal(made, stroke.last_temporary, is_same)) return;
+  for (const auto& [v, last] : stroke.last_temporary) {
+    const Vec3 rest_body_m = draft.rest(v);
+    draft.move_vertex(v, {rest_body_m, last.position_world_m + world_from_rest * (rest_body_m - last.rest_body_m),
+                          last.velocity_world_m_per_s});
+  }
+}
+
+}  // namespace
+
 void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSettings& settings) {
   if (!stroke.at_front || !stroke.newest || stroke.waits) return;
   if (!goes_on(stroke, sweep_between(draft, *stroke.at_front, *stroke.newest, stroke.fronts), settings)) return;
@@ -376,6 +401,7 @@ void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSe
   const TemplateStep step = cut_with_templates(draft, *stroke.at_front, *stroke.newest, ends, stroke.active, settings);
   if (step.outcome != TemplateOutcome::cut) return;
   stroke.temporary_inverse = draft.inverse_since_mark();
+  begin_where_last_came_to(draft, stroke, ends.world_from_rest);
   stroke.temporary_fronts = step.fronts;
   stroke.temporary_starts = step.starts;
   for (const VertexEdit& e : stroke.temporary_inverse->vertices)

@@ -50,7 +50,8 @@ struct TemplateStroke {
   TargetStates bottoms_at_tip;              // places for the permanent bottoms
   std::vector<ActiveFace> faces;            // faces that became permanent in the last step
   std::optional<TopologyDelta> temporary_inverse;
-  std::vector<std::pair<VertexId, Vec3>> temporarily_moved;  // former positions in the world, restored by undo
+  std::vector<std::pair<VertexId, Vec3>> temporarily_moved;      // former positions in the world, restored by undo
+  std::vector<std::pair<VertexId, VertexState>> last_temporary;  // vertices of the temporary part when it was undone
   std::vector<CutFront> temporary_fronts, temporary_starts;
   TargetStates temporary_bottoms_at_tip;
   std::set<VertexId> temporary_bottoms;
@@ -60,7 +61,8 @@ struct TemplateStroke {
   void archive(A& a) {
     a(edge_id, touched, bary, entered_body_m, begins_at_wall, fronts, at_front, newest, blade, displacement_body_m,
       frame_world, stuck_since_body_m, why_refused, waits, active, bottoms_at_tip, faces, temporary_inverse,
-      temporarily_moved, temporary_fronts, temporary_starts, temporary_bottoms_at_tip, temporary_bottoms, place);
+      temporarily_moved, last_temporary, temporary_fronts, temporary_starts, temporary_bottoms_at_tip,
+      temporary_bottoms, place);
   }
 };
 
