@@ -70,7 +70,7 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
 
 // Parts that come off and are smaller are debris, and are removed.
 constexpr double kCrumb = 2;            // mean tetrahedra
-constexpr double kSurfaceCrumb = 0.02;  // cubes of the mean edge
+constexpr double kSurfaceCrumb = 0.06;  // cubes of the mean edge: half of a tetrahedron with such edges
 
 double mean_edge_m(const TriangleSoup& mesh) {
   double sum_m = 0;

@@ -50,7 +50,8 @@ void announce_removed(double volume_m3, std::uint32_t parent_id, StepContext& co
 }
 
 // The component with fixed vertices stays the body: the largest if there are several, and the largest of all if no
-// component is fixed. Parts beyond the number of bodies that a session can announce stay in the body.
+// component is fixed. Parts stay in a body that keeps them, and beyond the number of bodies that a session can
+// announce; crumbs stay in none.
 void split_body(SimulatedWorld& world, StepContext& context, std::uint32_t body_id) {
   Body& body = *world.bodies[body_id];
   if (body.unsettled.empty()) return;
@@ -64,7 +65,8 @@ void split_body(SimulatedWorld& world, StepContext& context, std::uint32_t body_
     Leaving leaving = leave(body.mesh, part);
     const double volume_m3 = mass_properties(leaving.mesh.rest_body_m(), leaving.mesh.triangles(), 1).volume_m3;
     const bool crumb = !anchored && volume_m3 < body.spec.splitting.least_volume_m3;
-    if (!crumb && world.bodies.size() >= world.most_bodies) continue;
+    const bool stays = body.spec.splitting.free_parts == FreeParts::keep || world.bodies.size() >= world.most_bodies;
+    if (!crumb && stays) continue;
     if (!crumb) {
       const BodySpec& spec = world.add_part_spec(body, anchored);
       std::unique_ptr<Body> made =

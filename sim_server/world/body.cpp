@@ -247,10 +247,8 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
   engines.follow(shared(), applied.of(delta), change.ticket.get());
   lips_.follow(mesh, applied.vertices);
   if (!change.plan) return applied;
-  if (spec.splitting.free_parts == FreeParts::keep)
-    free_islands(change.plan->islands);
-  else
-    unsettled.insert(unsettled.end(), applied.triangles.begin(), applied.triangles.end());
+  if (spec.splitting.free_parts == FreeParts::keep) free_islands(change.plan->islands);
+  unsettled.insert(unsettled.end(), applied.triangles.begin(), applied.triangles.end());
   return applied;
 }
 
