@@ -18,7 +18,7 @@ struct FrontSettings {
   double give_up_after_edges = 0.5;  // a front that could not be made anew for this far stays as it is
 
   // The sheet that it cuts along.
-  double close_edges = 0.02;       // vertices this close to the sheet are on it
+  double close_edges = 0.01;       // vertices this close to the sheet are on it
   double overlap_edges = 0.25;     // the sheet begins this far behind the track
   double half_cut_edges = 1.0;     // without fronts and with a slit: elements at its end have been cut in part
   double lag_edges = 0.05;         // a front ends this far behind the blade, which touches what it cuts next

@@ -1,9 +1,10 @@
 // Tissue around a slow blade is calm. A hand that cuts slowly makes the end of its cut anew hundreds of times in each
-// element, and none of these changes may drive the tissue.
+// element, and none of these changes may drive the tissue. Prints a table (docs/robustness.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
@@ -46,10 +47,12 @@ TEST_P(SlowBlades, leave_the_tissue_around_them_calm) {
     input.samples = samples_of_traces(scene, k);
     const StepOutput& out = simulation.step(input);
     const double speed_m_per_s = largest_speed_m_per_s(simulation, before_world_m, scene.step_s);
-    if (std::ranges::none_of(out.contacts, [](const auto& c) { return c.state == ContactState::penetration; })) continue;
+    if (std::ranges::none_of(out.contacts, [](const auto& c) { return c.state == ContactState::penetration; }))
+      continue;
     ++steps_that_cut;
     fast += speed_m_per_s > kFast_m_per_s;
   }
+  std::printf("| %s | %.1f %% of %d |\n", GetParam(), 100.0 * fast / steps_that_cut, steps_that_cut);
   EXPECT_GT(steps_that_cut, 5000);
   EXPECT_LT(fast, 0.03 * steps_that_cut);
 }
