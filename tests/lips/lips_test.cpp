@@ -223,8 +223,8 @@ TEST_P(Lips, of_a_straight_stroke_are_straight) {
   EXPECT_EQ(m.short_strokes, 0);
   EXPECT_LE(m.awake, 1);  // on liver_40k.obj one does not come to rest; two, before slivers were mended
   EXPECT_LT(m.from_line_m(), 2e-4);
-  EXPECT_LE(m.skin_below_5_deg + m.walls_below_5_deg, 0.02 * m.triangles);  // demanded: none
-  EXPECT_LE(m.thin, 0.04 * m.triangles);                                    // likewise
+  EXPECT_LE(m.skin_below_5_deg + m.walls_below_5_deg, 0.01 * m.triangles);  // demanded: none
+  EXPECT_LE(m.thin, 0.025 * m.triangles);                                   // likewise
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, Lips, testing::ValuesIn(kCases),
                          [](const auto& one) { return "case_" + std::to_string(one.index); });
