@@ -24,6 +24,7 @@ class SharedPages {
   using Page = std::vector<T>;
 
  public:
+  // NOLINTNEXTLINE(readability-identifier-naming): the name that containers have
   class const_iterator {
    public:
     using iterator_category = std::random_access_iterator_tag;
