@@ -112,8 +112,10 @@ void read_splitting(KeyReader& map, SplittingSpec& splitting) {
   splitting.free_parts = free_parts == "keep"    ? FreeParts::keep
                          : free_parts == "rigid" ? FreeParts::rigid
                                                  : FreeParts::deformable;
-  map.number("least_volume_m3", splitting.least_volume_m3, at_least(0),
-             "Smaller free parts are removed, and so are those of two tetrahedra or a fiftieth of an edge cubed.");
+  map.number(
+      "least_volume_m3", splitting.least_volume_m3, at_least(0),
+      "Smaller free parts are removed, also from a body that keeps its parts, and so are those below two tetrahedra "
+      "of a volume, or half a tetrahedron with the mean edge of a surface.");
   map.number("friction", splitting.friction, at_least(0),
              "Coefficient of friction of rigid parts with the floor and with bodies.");
 }

@@ -54,7 +54,7 @@ struct ContactSpec {
 
 // The fate of a part that a cut has separated.
 enum class FreeParts : std::uint8_t {
-  keep,        // it stays a component of its body
+  keep,        // it stays a component of its body, unless it is smaller than least_volume_m3
   rigid,       // a body of its own, which moves rigidly; one that is anchored goes on deforming
   deformable,  // a body of its own, which goes on deforming
 };

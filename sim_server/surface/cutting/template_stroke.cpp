@@ -217,6 +217,14 @@ void replace_fronts(const TemplateStroke& stroke, std::span<const CutFront> fron
     for (const CutFront& f : list) grooves.add_front(f);
 }
 
+// The vertices that the undo of a temporary part takes away.
+std::vector<VertexId> vertices_taken_by(const TopologyDelta& inverse) {
+  std::vector<VertexId> taken;
+  for (const VertexEdit& e : inverse.vertices)
+    if (!e.alive) taken.push_back(e.id);
+  return taken;
+}
+
 }  // namespace
 
 void take_bottoms_to_tip(MeshDraft& draft, TemplateStroke& stroke) {
@@ -227,8 +235,8 @@ void take_bottoms_to_tip(MeshDraft& draft, TemplateStroke& stroke) {
 bool undo_temporary(MeshDraft& draft, TemplateStroke& stroke) {
   if (!stroke.temporary_inverse) return true;
   stroke.last_temporary.clear();
-  for (const VertexEdit& e : stroke.temporary_inverse->vertices)
-    if (!e.alive) stroke.last_temporary.emplace_back(e.id, draft.state(e.id));
+  for (const VertexId v : vertices_taken_by(*stroke.temporary_inverse))
+    stroke.last_temporary.emplace_back(v, draft.state(v));
   const bool undone = draft.undo(*stroke.temporary_inverse);
   for (const auto& [v, by_world] : stroke.temporarily_moved) {
     if (!undone) break;
@@ -375,13 +383,10 @@ namespace {
 // A temporary part that is made anew begins where springs have taken the one before. Else these springs would be
 // stretched again at each step of the blade, and drive the vertices around the front to and fro.
 void begin_where_last_came_to(MeshDraft& draft, const TemplateStroke& stroke, const Mat3& world_from_rest) {
-  std::vector<VertexId> made;
-  for (const VertexEdit& e : stroke.temporary_inverse->vertices)
-    if (!e.alive) made.push_back(e.id);
   const auto is_same = [&](VertexId v, const auto& last) {
     return v == last.first && (draft.rest(v) - last.second.rest_body_m).norm() < kSamePart_m;
   };
-  if (!std::ranges::equal(made, stroke.last_temporary, is_same)) return;
+  if (!std::ranges::equal(vertices_taken_by(*stroke.temporary_inverse), stroke.last_temporary, is_same)) return;
   for (const auto& [v, last] : stroke.last_temporary) {
     const Vec3 rest_body_m = draft.rest(v);
     draft.move_vertex(v, {rest_body_m, last.position_world_m + world_from_rest * (rest_body_m - last.rest_body_m),
