@@ -23,10 +23,14 @@ bool Standby::follow() {
   log_info("standing by");
   Follower& server = session_.net->follower();
   server.begin_after(session_.run->steps());
-  bool in_step = false;
+  bool hears = false, in_step = false;
   while (!stop_was_requested()) {
     keep_news();
     server.listen(session_.net->others().leader());
+    if (!hears && server.heard_any()) {
+      hears = true;
+      log_info("it hears the server");
+    }
     int steps = 0;
     for (; steps < kStepsPerLook && !stop_was_requested(); ++steps) {
       const std::optional<StepRecord> record = server.take_step();

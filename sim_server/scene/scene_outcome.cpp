@@ -30,6 +30,8 @@ const std::vector<Measure>& measures() {
       {"largest_force_n", "The largest force on an instrument.", &Outcome::largest_force_n, count},
       {"largest_penetration_m", "The furthest that an instrument which presses got beneath a surface.",
        &Outcome::largest_penetration_m, count},
+      {"largest_speed_m_per_s", "The fastest that a point of tissue has moved.", &Outcome::largest_speed_m_per_s,
+       count},
       {"overlap_m", "The furthest that a body lies in another one, in the end.", &Outcome::overlap_m, count},
       {"marked_removed_fraction", "With an exercise: the share of the marked tissue that is off the organ.",
        &Outcome::marked_removed_fraction, fraction, true},

@@ -18,6 +18,7 @@ struct Outcome {
   double freed_moved_m = 0, largest_displacement_m = 0;
   double refusals = 0, joins = 0, contacts = 0, grasps = 0;
   double touched_s = 0, largest_force_n = 0, largest_penetration_m = 0, overlap_m = 0;
+  double largest_speed_m_per_s = 0;
   double marked_removed_fraction = 0, marked_in_bin_fraction = 0, healthy_lost_ml = 0;  // with an exercise
   double line_cut_fraction = 0, line_deviation_m = 0, line_depth_m = 0;
   double spared_touches = 0;

@@ -61,6 +61,7 @@ Json body_report(const RunFigures& f, const Scene& scene, const Simulation& simu
     body["check"]["implicit_steps"] = c.implicit_steps;
     body["check"]["steps_not_met"] = f.last.drivers[id].steps_not_met;
     body["check"]["largest_residual"] = f.body_residual[id];
+    body["check"]["largest_speed_m_per_s"] = f.last.drivers[id].largest_speed_m_per_s;
     body["check"]["added_mass_fraction"] = f.body_added_mass[id];
   }
   if (const auto& notes = simulation.body(id).mesh_notes; !notes.empty()) body["mesh_notes"] = notes;

@@ -115,6 +115,8 @@ Outcome RunOutcome::finish(const RunFigures& figures) const {
   outcome.touched_s = figures.last.contact_time_s;
   outcome.largest_force_n = figures.largest_force_n;
   outcome.largest_penetration_m = figures.largest_penetration_m;
+  for (const DriverFigures& d : figures.last.drivers)
+    outcome.largest_speed_m_per_s = std::max(outcome.largest_speed_m_per_s, d.largest_speed_m_per_s);
   for (const BodyOverlap& o : figures.overlaps) outcome.overlap_m = std::max(outcome.overlap_m, o.deepest_m);
   if (figures.score) add_score(*figures.score, outcome);
   return outcome;

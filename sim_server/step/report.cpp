@@ -24,6 +24,7 @@ void report_bodies(const SimulatedWorld& world, StepReport& out) {
   for (const ModelCheck& check : world.checks) {
     out.checks.push_back(check.value());
     out.processor_s.push_back(check.processor_s());
+    out.drivers[out.checks.size() - 1].largest_speed_m_per_s = check.largest_speed_m_per_s();
   }
 }
 

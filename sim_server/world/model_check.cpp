@@ -9,6 +9,15 @@ namespace {
 constexpr std::uint64_t kEnergyEvery = 256;  // steps: it takes about as long as one
 constexpr double kOfLate_s = 0.5;
 
+// The largest norm of the first three entries, if it is above `known`; else `known`. The first loop decides most calls.
+double largest_norm(std::span<const Vec4f> entries, double known) {
+  Vec4f largest = Vec4f::Zero();
+  for (const Vec4f& u : entries) largest = largest.cwiseMax(u.cwiseAbs());
+  if (largest.head<3>().norm() <= known) return known;
+  for (const Vec4f& u : entries) known = std::max<double>(known, u.head<3>().norm());
+  return known;
+}
+
 }  // namespace
 
 void ModelCheck::stepped(Body& body, double step_s, double work_j, bool disturbed, double took_s) {
@@ -18,6 +27,7 @@ void ModelCheck::stepped(Body& body, double step_s, double work_j, bool disturbe
   check_.asleep = body.asleep();
   if (check_.asleep) known_ = false;
   if (!body.deforms() || body.frozen || check_.asleep) return;
+  largest_speed_m_per_s_ = largest_norm(body.shared().particles.velocity_world_m_per_s, largest_speed_m_per_s_);
   const DeformationEngine& deformation = *body.engines.deformation;
   const IntegratorDiagnostics diagnostics = deformation.diagnostics();
   check_.stability_margin = std::min(kMostMargin, diagnostics.stability_margin);

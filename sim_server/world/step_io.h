@@ -95,13 +95,14 @@ struct Event {
 
 // How the driver of a body fares.
 struct DriverFigures {
-  double added_mass_fraction = 0;   // added mass over the mass of the tissue
-  double residual = 0;              // if the last step was implicit: force left over, over the weight
-  std::uint64_t steps_not_met = 0;  // implicit steps so far whose residual was above the tolerance
+  double added_mass_fraction = 0;    // added mass over the mass of the tissue
+  double residual = 0;               // if the last step was implicit: force left over, over the weight
+  std::uint64_t steps_not_met = 0;   // implicit steps so far whose residual was above the tolerance
+  double largest_speed_m_per_s = 0;  // any vertex, so far
 
   template <class A>
   void archive(A& a) {
-    a(added_mass_fraction, residual, steps_not_met);
+    a(added_mass_fraction, residual, steps_not_met, largest_speed_m_per_s);
   }
 };
 

@@ -15,6 +15,7 @@
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
+#include "tests/support/random.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
@@ -30,7 +31,7 @@ struct Turned {
   Vec3 shift_m = Vec3::Zero();
 };
 Turned at_random(unsigned seed, double cell_m) {
-  std::mt19937 random(seed);
+  test::Random random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(-cell_m, cell_m);
   Turned turned;

@@ -145,6 +145,18 @@ TEST(Walls, tests_are_named_in_one_style) {
   EXPECT_GT(checked, 500u);
 }
 
+// Their seeds can then be moved, all at once.
+TEST(Walls, tests_draw_from_random_numbers_of_their_own_header) {
+  const std::string engine = std::string("mt") + "19937";
+  std::size_t drawing = 0;
+  for (const auto& [path, text] : test::source_files({"tests"}, {".cpp", ".h"})) {
+    drawing += text.find("tests/support/random.h") != std::string::npos;
+    if (path == "tests/support/random.h" || path.starts_with("tests/bench/")) continue;
+    EXPECT_EQ(text.find(engine), std::string::npos) << path;
+  }
+  EXPECT_GT(drawing, 40u);
+}
+
 TEST(Walls, untidy_text_is_seen) {
   EXPECT_EQ(untidy("a.cpp",
                    "// TO"

@@ -10,6 +10,7 @@
 #include "sim_server/surface/surface_engines.h"
 #include "sim_server/world/indentation.h"
 #include "tests/support/loop_cut.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 namespace {
@@ -329,7 +330,7 @@ TEST(A_DEF, A_DEF_11_a_part_comes_off_during_a_press) {
 TEST_P(Styles, A_DEF_8_a_storm_of_instruments_leaves_no_temporary_element) {
   for (const unsigned seed : {1u, 2u, 1001u, 2002u}) {
     Pressing op(with_scalpel(pressed_scene(2), GetParam()));
-    std::mt19937_64 random(seed);
+    test::Random64 random(seed);
     const auto u = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
     for (std::uint32_t tool : {0u, 1u, 2u})
       op.place({0.02 * tool - 0.02, 0, 0.05}, Eigen::Quaterniond::Identity(), tool);
@@ -355,7 +356,7 @@ TEST_P(Styles, A_DEF_8_a_storm_of_instruments_leaves_no_temporary_element) {
 TEST(A_DEF, A_DEF_8_a_storm_of_probes_alone_is_undone_bit_for_bit) {
   for (const unsigned seed : {4u, 5u}) {
     Pressing op(pressed_scene(3));
-    std::mt19937_64 random(seed);
+    test::Random64 random(seed);
     const auto u = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
     for (std::uint32_t tool : {0u, 1u, 2u})
       op.place({0.02 * tool - 0.02, 0, 0.05}, Eigen::Quaterniond::Identity(), tool);

@@ -6,6 +6,7 @@
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/surface/indentation/contact_templates.h"
 #include "tests/support/knife_on_mesh.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 namespace {
@@ -262,7 +263,7 @@ TEST(A_DEF, A_DEF_10_contact_with_the_new_faces_adds_no_elements) {
   PressedPad pad;
   pad.touch({pad.inside(0.013, 0.017), pad.inside(0.0115, 0.0185)});
   const std::uint32_t vertices = pad.mesh.vertex_slots(), triangles = pad.mesh.triangle_slots();
-  std::mt19937_64 random(7);
+  test::Random64 random(7);
   std::uniform_real_distribution<double> u(0, 1);
   int exchanged = 0;
   for (int i = 0; i < 10000; ++i) {
@@ -345,7 +346,7 @@ TEST(A_DEF, A_DEF_12_closer_to_the_instrument_than_moving_original_points) {
 TEST(A_DEF, A_DEF_13_deformation_alone_leaves_no_permanent_change) {
   PressedPad pad;
   const TriangleMesh before = pad.mesh;
-  std::mt19937_64 random(11);
+  test::Random64 random(11);
   std::uniform_real_distribution<double> u(0, 1);
   for (int i = 0; i < 2000; ++i) {
     if (u(random) < 0.2) {

@@ -6,6 +6,7 @@
 
 #include "common/mesh/check.h"
 #include "tests/support/operation.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 namespace {
@@ -273,7 +274,7 @@ INSTANTIATE_TEST_SUITE_P(A_TOOL, AnyTool,
                          [](const auto& p) { return std::string(std::get<0>(p.param)) + "_" + std::get<1>(p.param); });
 
 TEST_P(AnyTool, A_TOOL_3_the_surface_stays_closed) {
-  std::mt19937_64 random(11);
+  test::Random64 random(11);
   std::uniform_real_distribution<double> u(-1, 1);
   Snip snip(std::get<0>(GetParam()), std::get<1>(GetParam()));
   for (int i = 0; i < 8; ++i) {

@@ -7,6 +7,7 @@
 #include "sim_server/body_contact/rigid_body.h"
 #include "tests/support/gripper.h"
 #include "tests/support/loop_cut.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 namespace {
@@ -83,7 +84,7 @@ TEST_P(Grasp, C_CON_5_no_motion_of_the_hand_blows_the_body_up) {
     ASSERT_NO_FATAL_FAILURE(grasp(op, gripper));
     const double energy_j = op.simulation.energy_j(), work_j = op.last.report.instrument_work_j;
     double last_work_j = work_j;
-    std::mt19937 random(3);
+    test::Random random(3);
     const auto u = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
     op.after_each = [&](const StepOutput& out) {
       ASSERT_LT(op.simulation.energy_j(), energy_j + out.report.instrument_work_j - work_j + 1e-6);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <random>
 #include <vector>
 
 #include "common/dds/qos.h"
@@ -16,6 +15,7 @@
 #include "common/messages/codec.h"
 #include "sim_server/session/checkpoint.h"
 #include "tests/support/damage.h"
+#include "tests/support/random.h"
 #include "tests/support/shapes.h"
 #include "tests/unit/dds/messages.h"
 
@@ -188,7 +188,7 @@ TEST(FuzzCorpus, every_input_goes_through_the_readers) {
 // Valid messages of every kind, some after one another, damaged in all the ways of damage.h.
 TEST(FuzzCorpus, a_hundred_thousand_damaged_messages_harm_no_reader) {
   const std::vector<Input> whole = seeds();
-  std::mt19937 random(11);
+  test::Random random(11);
   for (int i = 0; i < 100'000; ++i) {
     Input input;
     for (auto messages = 1 + random() % 3; messages > 0; --messages) {
@@ -213,7 +213,7 @@ TEST(FuzzCorpus, every_file_goes_through_its_reader) {
 
 TEST(FuzzCorpus, damaged_files_harm_no_reader) {
   const std::vector<Input> whole = file_seeds();
-  std::mt19937 random(12);
+  test::Random random(12);
   for (int i = 0; i < 10'000; ++i) {
     Input input = whole[random() % whole.size()];
     const auto kind = input[0];

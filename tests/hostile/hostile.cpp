@@ -8,7 +8,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -21,6 +20,7 @@
 #include "common/messages/tool.h"
 #include "common/messages/topology.h"
 #include "tests/support/damage.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 namespace {
@@ -145,7 +145,7 @@ class Hostile {
     Reader<ToolPacket> packets(participant_);
     Reader<ContactMessage> contacts(participant_);
     SampleWriter tools(participant_, qos_of<ToolPacket>()), models(participant_, qos_of<ContactMessage>());
-    std::mt19937 random(5);
+    Random random(5);
     Bytes bytes;
     for (const Clock::time_point end = Clock::now() + std::chrono::seconds(1); Clock::now() < end; wait(0.001)) {
       while (packets.SampleReader::take(bytes)) repeat(tools, bytes, random);
@@ -171,7 +171,7 @@ class Hostile {
   static void write(Writer<Message>& writer, const Message& message) {
     if (!writer.write(message)) throw std::runtime_error(std::string("refused: ") + qos_of<Message>().name);
   }
-  static void repeat(SampleWriter& writer, const Bytes& bytes, std::mt19937& random) {
+  static void repeat(SampleWriter& writer, const Bytes& bytes, Random& random) {
     (void)writer.write(bytes);  // message of another speaker, as it came
     for (int i = 0; i < 3; ++i) (void)writer.write(damaged(bytes, random));
   }

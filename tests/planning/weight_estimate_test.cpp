@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <random>
 
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/planning/body_loads.h"
@@ -15,6 +14,7 @@
 #include "sim_server/simulation.h"
 #include "tests/planning/planned_bodies.h"
 #include "tests/support/calibration.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 namespace {
@@ -130,7 +130,7 @@ TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
 
 // An ellipsoid, a bent one or a box, turned and held above, below or beside, which moves by a few to a few tens of
 // percent of what is free.
-Weighed random_body(std::mt19937& random, int number) {
+Weighed random_body(test::Random& random, int number) {
   const auto between = [&](double low, double high) {
     return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
   };
@@ -162,7 +162,7 @@ TEST(EstimateOfWeight, of_nine_random_bodies_at_least_seven_are_within_a_factor_
     const char* text = std::getenv(name);
     return text ? std::atoi(text) : usual;
   };
-  std::mt19937 random(static_cast<unsigned>(given("SECTIO_SEED", 20261125)));
+  test::Random random(static_cast<unsigned>(given("SECTIO_SEED", 20261125)));
   const int bodies = given("SECTIO_BODIES", 9);
   int within = 0;
   for (int n = 0; n < bodies; ++n) {

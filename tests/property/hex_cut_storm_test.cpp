@@ -7,6 +7,7 @@
 #include "common/mesh/check.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/volume/tets/tet_cut.h"
+#include "tests/support/random.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio {
@@ -16,7 +17,7 @@ class HexStorm : public testing::TestWithParam<std::uint32_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, HexStorm, testing::Range(0u, 12u));
 
 TEST_P(HexStorm, S_6_the_stable_step_is_the_same_before_and_after) {
-  std::mt19937 random(GetParam());
+  test::Random random(GetParam());
   std::uniform_real_distribution<double> uniform(-1, 1);
   const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
   TetMesh mesh = test::tet_box(4, 4, 4, Vec3(0.08, 0.08, 0.08));

@@ -6,6 +6,7 @@
 
 #include "common/mesh/check.h"
 #include "tests/support/operation.h"
+#include "tests/support/random.h"
 #include "tests/support/stroke_shapes.h"
 
 namespace sectio::test {
@@ -91,7 +92,7 @@ class Hand {
 
   Operation& op_;
   const OperatedBody& body_;
-  std::mt19937_64 random_;
+  test::Random64 random_;
   Vec3 at_;
   Eigen::Quaterniond orientation_ = Eigen::Quaterniond::Identity();
   double opening_ = 0.4;

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "common/mesh/check.h"
+#include "tests/support/random.h"
 #include "tests/support/scalpel_on_mesh.h"
 #include "tests/support/stroke_shapes.h"
 
@@ -17,7 +18,7 @@ Vec3 rest_normal(const TriangleMesh& mesh, TriangleId t) {
       .stableNormalized();
 }
 
-TriangleId random_triangle(const TriangleMesh& mesh, std::mt19937_64& random) {
+TriangleId random_triangle(const TriangleMesh& mesh, test::Random64& random) {
   std::uniform_int_distribution<TriangleId> any(0, mesh.triangle_slots() - 1);
   TriangleId t = any(random);
   while (!mesh.triangle(t).alive()) t = any(random);
@@ -25,7 +26,7 @@ TriangleId random_triangle(const TriangleMesh& mesh, std::mt19937_64& random) {
 }
 
 // Barycentric coordinates that are often degenerate: corners, edges, near edges.
-Vec3 random_bary(std::mt19937_64& random) {
+Vec3 random_bary(test::Random64& random) {
   std::uniform_real_distribution<double> u(0, 1);
   Vec3 b(u(random), u(random), u(random));
   switch (std::uniform_int_distribution<int>(0, 5)(random)) {
@@ -49,7 +50,7 @@ struct Storm {
 };
 
 Storm storm(const TriangleSoup& soup, std::uint64_t seed, int strokes, double step_m, bool is_tidied = false) {
-  std::mt19937_64 random(seed);
+  test::Random64 random(seed);
   std::normal_distribution<double> gauss(0, 1);
   std::uniform_real_distribution<double> u(0, 1);
   StrokeSettings settings;

@@ -5,6 +5,7 @@
 
 #include "common/mesh/check.h"
 #include "tests/support/knife_on_mesh.h"
+#include "tests/support/random.h"
 #include "tests/support/stroke_shapes.h"
 
 namespace sectio::test {
@@ -17,7 +18,7 @@ struct TemplateStorm {
 
 // A knife at a random triangle, upright to within some twenty degrees, that follows a curve; sometimes it enters
 // through the side, sometimes it goes right through.
-void stroke(KnifeOnMesh& knife, std::mt19937_64& random, double step_m, TemplateStorm& result) {
+void stroke(KnifeOnMesh& knife, test::Random64& random, double step_m, TemplateStorm& result) {
   std::normal_distribution<double> gauss(0, 1);
   std::uniform_real_distribution<double> u(0, 1);
   std::uniform_int_distribution<TriangleId> any(0, knife.mesh.triangle_slots() - 1);
@@ -55,7 +56,7 @@ void stroke(KnifeOnMesh& knife, std::mt19937_64& random, double step_m, Template
 }
 
 void storm(const TriangleSoup& soup, std::uint64_t seed, int strokes, double step_m, TemplateStorm& result) {
-  std::mt19937_64 random(seed);
+  test::Random64 random(seed);
   TemplateSettings settings;
   settings.min_step_m = 0.02 * step_m;
   settings.open_top_m = 0.03 * step_m;
@@ -97,7 +98,7 @@ TEST_P(RandomTemplateStrokes, volume_is_accounted_for) {
   VolumeAccount account(knife.mesh);
   knife.applied = [&](const TopologyDelta& delta) { account.add(delta, knife.mesh); };
   const double whole_m3 = check(knife.mesh).volume_m3;
-  std::mt19937_64 random(11);
+  test::Random64 random(11);
   TemplateStorm ignored;
   for (int k = 0; k < 12; ++k) {
     stroke(knife, random, step_m, ignored);

@@ -9,6 +9,7 @@
 #include "sim_server/volume/tets/collapse.h"
 #include "sim_server/volume/tets/front_rollback.h"
 #include "sim_server/volume/tets/tet_cut.h"
+#include "tests/support/random.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio {
@@ -52,7 +53,7 @@ class TetStorm : public testing::TestWithParam<std::uint32_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, TetStorm, testing::Range(0u, 50u));
 
 TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_that_the_step_before_is_stable_for) {
-  std::mt19937 random(GetParam());
+  test::Random random(GetParam());
   std::uniform_real_distribution<double> uniform(-1, 1);
   const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
   TetMesh mesh = test::tet_box(4, 4, 4, Vec3(0.08, 0.08, 0.08));
@@ -124,7 +125,7 @@ class TetFronts : public testing::TestWithParam<std::uint32_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, TetFronts, testing::Range(0u, 20u));
 
 TEST_P(TetFronts, C_CUT_3_a_front_is_undone_exactly_and_models_follow_what_has_changed) {
-  std::mt19937 random(GetParam());
+  test::Random random(GetParam());
   std::uniform_real_distribution<double> uniform(-1, 1);
   const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
   TetMesh mesh = test::tet_box(4, 4, 4, Vec3(0.08, 0.08, 0.08));

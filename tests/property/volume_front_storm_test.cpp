@@ -6,6 +6,7 @@
 #include "common/delta/keyframe.h"
 #include "common/mesh/check.h"
 #include "tests/support/block_under_blade.h"
+#include "tests/support/random.h"
 
 namespace sectio {
 namespace {
@@ -17,7 +18,7 @@ constexpr double kElement_m = 0.0065;
 // A hand that is not steady.
 class Hand {
  public:
-  Hand(std::uint32_t tool, std::mt19937& random) : tool_(tool), random_(random) { begin(); }
+  Hand(std::uint32_t tool, test::Random& random) : tool_(tool), random_(random) { begin(); }
 
   BladeMotion go(const BlockUnderBlade& block) {
     if (back_ == 0 && chance(0.03)) back_ = 5 + static_cast<int>(between(0, 25));
@@ -47,7 +48,7 @@ class Hand {
   }
 
   std::uint32_t tool_;
-  std::mt19937& random_;
+  test::Random& random_;
   Vec3 tip_m_ = Vec3::Zero(), up_ = Vec3::UnitZ();
   double yaw_ = 0;
   int back_ = 0;
@@ -64,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(Storm, Fronts,
                          [](const auto& c) { return c.param.model + "_" + std::to_string(c.param.seed); });
 
 TEST_P(Fronts, C_CUT_3_body_replica_and_volume_stay_whole_and_plans_that_are_dropped_change_nothing) {
-  std::mt19937 random(GetParam().seed);
+  test::Random random(GetParam().seed);
   BlockUnderBlade block(GetParam().model, 0, "progressive");
   auto replica = mesh_of(keyframe_of(block.body().mesh));
   ASSERT_TRUE(replica);

@@ -16,6 +16,7 @@
 
 #include "common/math/trace.h"
 #include "tests/support/process.h"
+#include "tests/support/random.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
@@ -36,7 +37,7 @@ class Numbers {
   }
 
  private:
-  std::mt19937_64 random_;
+  test::Random64 random_;
 };
 
 // |x/a|^e + |y/b|^e + |z/c|^e = 1, from a ball (e = 2) to nearly a box, with three waves over it.

@@ -9,6 +9,7 @@
 #include "common/mesh/check.h"
 #include "tests/support/block_scene.h"
 #include "tests/support/operation.h"
+#include "tests/support/random.h"
 
 namespace sectio {
 namespace {
@@ -123,7 +124,7 @@ class AnyHands {
   }
 
   Operation op_;
-  std::mt19937_64 random_;
+  test::Random64 random_;
   Vec3 at_[2];
   Eigen::Quaterniond orientation_ = Eigen::Quaterniond::Identity();
   double before_j_ = 0, worked_j_ = 0;

@@ -1,8 +1,9 @@
 #include "tests/support/damage.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 
-std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> bytes, std::mt19937& random) {
+std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> bytes, test::Random& random) {
   const unsigned flips = 1 + random() % 4;
   for (unsigned i = 0; i < flips && !bytes.empty(); ++i) {
     std::uint8_t& byte = bytes[random() % bytes.size()];

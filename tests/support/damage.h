@@ -2,11 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <random>
 #include <vector>
+
+#include "tests/support/random.h"
 
 namespace sectio::test {
 
-std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> bytes, std::mt19937& random);
+std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> bytes, test::Random& random);
 
 }  // namespace sectio::test

@@ -7,8 +7,9 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <random>
 #include <vector>
+
+#include "tests/support/random.h"
 
 namespace sectio::test {
 
@@ -54,7 +55,7 @@ class LinkQueue {
   void send(EthernetFrame frame, double begun_s);
 
   Link link_;
-  std::mt19937 random_;
+  test::Random random_;
   std::deque<Waiting> expedited_, others_;
   std::size_t waiting_bytes_ = 0;
   double free_s_ = 0;                               // the end of the frame that is being sent

@@ -3,13 +3,13 @@
 #pragma once
 
 #include <optional>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "common/delta/topology_delta.h"
 #include "common/messages/session.h"
 #include "sim_server/net/server_net.h"
+#include "tests/support/random.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
@@ -48,7 +48,7 @@ class MovingWorld {
  private:
   TriangleMesh mesh_;
   std::vector<Vec3f> positions_;
-  std::mt19937 random_;
+  test::Random random_;
   std::optional<TopologyDelta> undo_;
   std::uint64_t step_ = 0;
 };

@@ -54,7 +54,7 @@ TEST_F(Security, a_standby_with_keys_of_its_own_goes_on) {
   const auto first =
       program("sim_server", with_keys("server", {"--scene", kScene, "--play-traces", "--wait-for-viewers", "1"}));
   const auto second = program("sim_server", with_keys("standby", {"--scene", kScene, "--play-traces", "--standby"}));
-  ASSERT_TRUE(second->wait_for("standing by")) << second->output();
+  ASSERT_TRUE(second->wait_for("it hears the server")) << second->output();
   const auto screen = program("render_client", with_keys("observer", {"--no-pictures"}));
   ASSERT_TRUE(second->wait_for("it has caught up with the server")) << second->output();
   first->send(SIGKILL);

@@ -1,12 +1,12 @@
 // A standby follows the server of a session when that one dies, at any moment, and nobody notices more than a pause.
 #include <cstdlib>
 #include <filesystem>
-#include <random>
 #include <sstream>
 #include <thread>
 
 #include "common/dds/endpoints.h"
 #include "common/messages/epoch.h"
+#include "tests/support/random.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio {
@@ -72,7 +72,7 @@ TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends
   const char* wanted = std::getenv("SECTIO_DEATHS");
   const int deaths = wanted ? std::atoi(wanted) : 3;
   const std::string expected = undisturbed_hash();
-  std::mt19937 random(static_cast<unsigned>(network.domain));
+  test::Random random(static_cast<unsigned>(network.domain));
   int equal = 0, same_hash = 0, stood_down = 0, halted = 0;
   std::vector<double> pauses_s;
   for (int i = 0; i < deaths; ++i) {
@@ -80,7 +80,7 @@ TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends
     const std::string run = std::to_string(i);
     const auto first = one("first" + run, {"--play-traces", "--wait-for-viewers", "1"});
     const auto second = one("second" + run, {"--play-traces", "--standby"});
-    ASSERT_TRUE(second->wait_for("standing by")) << second->output();
+    ASSERT_TRUE(second->wait_for("it hears the server")) << second->output();
     const auto screen = viewer("screen" + run, {"--no-pictures"});
     ASSERT_TRUE(second->wait_for("step ")) << second->output() << first->output() << screen->output();
     let_pass(std::chrono::milliseconds(random() % 5000));
@@ -116,7 +116,7 @@ TEST_F(Standby, follows_a_server_whose_simulation_hangs) {
   const auto first =
       one("first", {"--play-traces", "--wait-for-viewers", "1", "--stall-at-s", "1.5", "--stall-s", "4"});
   const auto second = one("second", {"--play-traces", "--standby"});
-  ASSERT_TRUE(second->wait_for("standing by")) << second->output();
+  ASSERT_TRUE(second->wait_for("it hears the server")) << second->output();
   const auto screen = viewer("screen", {"--no-pictures"});
   EXPECT_TRUE(second->wait_for("the server fell silent: this one goes on after step ")) << second->output();
   EXPECT_EQ(first->exit_code(), 1) << first->output();
@@ -130,7 +130,7 @@ TEST_F(Standby, follows_a_server_whose_simulation_hangs) {
 TEST_F(Standby, stands_by_while_its_server_pauses) {
   const auto first = one("first", {"--play-traces", "--steps", "2500", "--wait-for-viewers", "1"});
   const auto second = one("second", {"--play-traces", "--standby"});
-  ASSERT_TRUE(second->wait_for("standing by")) << second->output();
+  ASSERT_TRUE(second->wait_for("it hears the server")) << second->output();
   const auto screen = viewer("screen", {"--no-pictures"});
   ASSERT_TRUE(first->wait_for("step ")) << first->output();
   EXPECT_EQ(program("sim_server", in_session({"pause", "--patience-s", "60"}))->exit_code(), 0);

@@ -5,16 +5,16 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <random>
 #include <vector>
 
 #include "common/delta/topology_delta.h"
 #include "sim_server/collision/front_tracker.h"
 #include "sim_server/collision/surface_tree.h"
+#include "tests/support/random.h"
 
 namespace sectio::collision_test {
 
-using Random = std::mt19937_64;
+using Random = test::Random64;
 
 inline double uniform(Random& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;

@@ -1,4 +1,5 @@
 #include "common/core/number_table.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,7 @@ namespace sectio::core_test {
 namespace {
 
 TEST(NumberTable, has_what_a_map_has) {
-  std::mt19937_64 random(7);
+  test::Random64 random(7);
   std::uniform_int_distribution<std::uint64_t> number(0, 5000);
   std::map<std::uint64_t, int> map;
   NumberTable<int> table;

@@ -1,9 +1,9 @@
 #include "common/core/shared_pages.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <random>
 
 namespace sectio::core_test {
 namespace {
@@ -11,7 +11,7 @@ namespace {
 using Pages = SharedPages<int, 8>;
 
 TEST(SharedPages, is_a_vector) {
-  std::mt19937_64 random(3);
+  test::Random64 random(3);
   std::vector<int> vector;
   Pages pages;
   for (int k = 0; k < 5000; ++k) {
@@ -40,7 +40,7 @@ TEST(SharedPages, is_a_vector) {
 }
 
 TEST(SharedPages, copies_go_their_own_ways) {
-  std::mt19937_64 random(5);
+  test::Random64 random(5);
   std::vector<std::vector<int>> vectors{{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}};
   std::vector<Pages> copies{Pages(std::span<const int>(vectors[0]))};
   for (int k = 0; k < 3000; ++k) {

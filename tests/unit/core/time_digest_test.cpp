@@ -2,16 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
 #include <vector>
 
 #include "common/core/report_figures.h"
+#include "tests/support/random.h"
 
 namespace sectio::core_test {
 namespace {
 
 TEST(TimeDigest, has_the_quantiles_of_all_that_it_was_given) {
-  std::mt19937 random(7);
+  test::Random random(7);
   std::lognormal_distribution<> times_s(std::log(2e-4), 1.5);
   TimeDigest digest;
   std::vector<double> all;

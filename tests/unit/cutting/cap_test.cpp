@@ -1,5 +1,6 @@
 // Caps close their rims: each edge has two triangles, none is a splinter, and the area is that of the rim.
 #include "sim_server/surface/cutting/cap.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,7 @@
 namespace sectio::cutting_test {
 namespace {
 
-std::vector<VertexState> ellipse(int n, double long_m, double short_m, double uneven, std::mt19937_64& random) {
+std::vector<VertexState> ellipse(int n, double long_m, double short_m, double uneven, test::Random64& random) {
   std::vector<VertexState> rim(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i) {
     const double jitter = uneven * (std::uniform_real_distribution<double>(-0.5, 0.5)(random));
@@ -39,7 +40,7 @@ struct Case {
 };
 
 TEST(Cap, closes_its_rim_without_splinters) {
-  std::mt19937_64 random(7);
+  test::Random64 random(7);
   for (const Case& c : {Case{3, 1, 0, 25}, Case{7, 1, 0, 25}, Case{24, 1, 0, 20}, Case{100, 1, 0, 20},
                         Case{1000, 1, 0, 20}, Case{60, 2, 0, 10}, Case{60, 1, 0.6, 9}, Case{40, 1.5, 0.6, 7}}) {
     SCOPED_TRACE(testing::Message() << c.vertices << " vertices, " << c.slender << " times as long as wide");
@@ -76,7 +77,7 @@ TEST(Cap, closes_its_rim_without_splinters) {
 }
 
 TEST(Cap, moves_as_its_rim_does) {
-  std::mt19937_64 random(8);
+  test::Random64 random(8);
   for (const VertexState& s : cap_of(ellipse(50, 0.02, 0.01, 0.3, random)).inner) {
     EXPECT_LT((s.position_world_m - (2 * s.rest_body_m + Vec3(1, 0, 0))).norm(), 1e-12);
     EXPECT_NEAR(s.velocity_world_m_per_s.z(), s.rest_body_m.x(), 1e-12);

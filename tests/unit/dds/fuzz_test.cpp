@@ -2,8 +2,6 @@
 // nothing is larger than the bytes justify.
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "common/messages/chunks.h"
 #include "common/messages/codec.h"
 #include "common/messages/session_fields.h"
@@ -12,6 +10,7 @@
 #include "common/messages/topology_fields.h"
 #include "common/messages/validate.h"
 #include "tests/support/damage.h"
+#include "tests/support/random.h"
 #include "tests/unit/dds/messages.h"
 
 namespace sectio::dds_test {
@@ -23,7 +22,7 @@ TEST(Fuzz, damaged_messages_of_every_kind_are_refused_or_valid) {
   constexpr int kCount = 5000;
   for_each_message([&](const auto& message) {
     using Message = std::decay_t<decltype(message)>;
-    std::mt19937 random(20240613);
+    test::Random random(20240613);
     const std::vector<std::uint8_t> whole = encode(message);
     int refused = 0;
     for (int i = 0; i < kCount; ++i) {
@@ -64,7 +63,7 @@ TEST(Fuzz, a_count_that_lies_allocates_nothing) {
 }
 
 TEST(Chunks, come_together_in_any_order_and_only_whole) {
-  std::mt19937 random(3);
+  test::Random random(3);
   std::vector<std::uint8_t> bytes(100'001);
   for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random());
   std::vector<KeyframeChunk> chunks = split_keyframe(7, 1, 5, bytes, kChunkBytesOffHost);

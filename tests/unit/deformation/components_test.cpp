@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "sim_server/deformation/shape_matching.h"
+#include "tests/support/random.h"
 #include "tests/unit/deformation/shapes.h"
 
 namespace sectio::deformation_test {
@@ -36,7 +37,7 @@ SurfaceSpringMaterial slack() {
 }
 
 TEST(ShapeMatching, finds_the_rotation_also_of_flat_and_turned_pieces) {
-  std::mt19937 random(1);
+  test::Random random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int n = 0; n < 100; ++n) {
     Pose truth;
@@ -88,7 +89,7 @@ TEST(FreePiece, keeps_momentum_and_angular_momentum_while_it_deforms) {
   SurfaceSprings springs(mesh, {}, slack(), test::no_gravity());
   springs.set_component(1, piece, false);
   Particles p(mesh, {});
-  std::mt19937 random(4);
+  test::Random random(4);
   std::uniform_real_distribution<float> unit(-0.1f, 0.1f);
   for (const VertexId v : piece) p.v[v].head<3>() = Vec3f(unit(random), unit(random), unit(random));
   const auto momenta = [&] {

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "sim_server/deformation/spring_kernel.h"
+#include "tests/support/random.h"
 #include "tests/unit/deformation/shapes.h"
 
 namespace sectio::deformation_test {
@@ -11,7 +12,7 @@ namespace {
 
 using test::Particles;
 
-void shake(Particles& p, std::mt19937& random, float length_m, float speed) {
+void shake(Particles& p, test::Random& random, float length_m, float speed) {
   std::uniform_real_distribution<float> unit(-1, 1);
   for (Vec4f& x : p.x) x.head<3>() += length_m * Vec3f(unit(random), unit(random), unit(random));
   for (Vec4f& v : p.v) v.head<3>() += speed * Vec3f(unit(random), unit(random), unit(random));
@@ -63,7 +64,7 @@ TEST(SpringKernel, agrees_with_the_plain_loop_to_float_accuracy) {
   const SurfaceSpringSettings settings;
   SurfaceSprings springs(mesh, {}, material, settings);
   Particles p(mesh, {});
-  std::mt19937 random(1);
+  test::Random random(1);
   shake(p, random, 0.0005f, 0.1f);
   const std::vector<Vec3> expected = plain_velocities(mesh, p, material, settings);
   const Particles before = p;
@@ -94,7 +95,7 @@ TEST(SpringKernel, does_not_depend_on_the_layout) {
   }
   ASSERT_GT(spread.overflow_row_count(), 200u);
   Particles a(mesh, {});
-  std::mt19937 random(2);
+  test::Random random(2);
   shake(a, random, 0.0005f, 0.1f);
   Particles b = a;
   const VelocityUpdate update{0.975f, Vec3f(0, 0, -0.00981f), 5.0f};
@@ -150,7 +151,7 @@ TEST(SpringKernel, names_a_vertex_that_is_not_finite_and_stays_finite) {
 }
 
 // Random rows: degrees 0 to 11 (slices of all widths, padding, a last one not full), held vertices, all over memory.
-SpringRows random_rows(std::mt19937& random, std::uint32_t vertices) {
+SpringRows random_rows(test::Random& random, std::uint32_t vertices) {
   std::uniform_real_distribution<float> unit(0, 1);
   std::vector<std::uint32_t> degrees(vertices);
   for (std::uint32_t& d : degrees) d = random() % 8 == 0 ? kNone : static_cast<std::uint32_t>(random() % 12);
@@ -172,7 +173,7 @@ bool same_bits(const std::vector<Vec4f>& a, const std::vector<Vec4f>& b) {
 
 TEST(SpringKernel, registers_of_8_and_of_16_lanes_give_the_same_bits) {
   if (!has_avx512()) GTEST_SKIP() << "this processor has no AVX-512";
-  std::mt19937 random(5);
+  test::Random random(5);
   std::uniform_real_distribution<float> unit(-1, 1);
   std::uint32_t clamped = 0, bad = 0;
   for (int network = 0; network < 200; ++network) {

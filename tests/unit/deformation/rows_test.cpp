@@ -6,13 +6,14 @@
 
 #include "sim_server/deformation/max_tree.h"
 #include "sim_server/deformation/spring_rows.h"
+#include "tests/support/random.h"
 
 namespace sectio::deformation_test {
 namespace {
 
 using Model = std::map<VertexId, std::pair<VertexRow, std::vector<HalfEdge>>>;
 
-std::pair<VertexRow, std::vector<HalfEdge>> random_row(std::mt19937& random, std::uint32_t vertices) {
+std::pair<VertexRow, std::vector<HalfEdge>> random_row(test::Random& random, std::uint32_t vertices) {
   std::uniform_real_distribution<float> number(0.1f, 1.0f);
   VertexRow row{Vec3f(number(random), number(random), number(random)), number(random), number(random), number(random)};
   std::vector<HalfEdge> half_edges(3 + random() % 15);
@@ -36,7 +37,7 @@ void expect_same(const SpringRows& rows, const Model& model) {
 }
 
 TEST(SpringRows, behave_like_a_map_under_random_changes) {
-  std::mt19937 random(1);
+  test::Random random(1);
   constexpr std::uint32_t kVertices = 700;
   Model model;
   std::vector<std::uint32_t> degrees(kVertices, kNone);
@@ -67,7 +68,7 @@ TEST(SpringRows, behave_like_a_map_under_random_changes) {
 }
 
 TEST(SpringRows, do_not_grow_when_the_same_rows_come_and_go) {
-  std::mt19937 random(2);
+  test::Random random(2);
   SpringRows rows;
   rows.layout(std::vector<std::uint32_t>(64, 6));
   const auto once = [&] {
@@ -84,7 +85,7 @@ TEST(SpringRows, do_not_grow_when_the_same_rows_come_and_go) {
 }
 
 TEST(SpringRows, fill_their_slices) {
-  std::mt19937 random(3);
+  test::Random random(3);
   std::vector<std::uint32_t> degrees(5000);
   std::size_t half_edges = 0;
   for (std::uint32_t& d : degrees) half_edges += d = 4 + static_cast<std::uint32_t>(random() % 5);
@@ -94,7 +95,7 @@ TEST(SpringRows, fill_their_slices) {
 }
 
 TEST(MaxTree, knows_the_greatest) {
-  std::mt19937 random(4);
+  test::Random random(4);
   std::vector<double> values;
   MaxTree tree;
   EXPECT_EQ(tree.max(), 0);

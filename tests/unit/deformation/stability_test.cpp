@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "sim_server/deformation/spring_star.h"
+#include "tests/support/random.h"
 #include "tests/unit/deformation/shapes.h"
 
 namespace sectio::deformation_test {
@@ -23,7 +24,7 @@ bool stays_bounded(const TriangleMesh& mesh, const SurfaceSpringMaterial& materi
   settings.adapts = false;
   SurfaceSprings springs(mesh, {}, material, settings);
   Particles p(mesh, {});
-  std::mt19937 random(1);
+  test::Random random(1);
   std::uniform_real_distribution<float> unit(-1e-5f, 1e-5f);
   for (Vec4f& x : p.x) x.head<3>() += Vec3f(unit(random), unit(random), unit(random));
   p.run(springs, 3000);
@@ -67,7 +68,7 @@ TEST(StableStep, is_infinite_for_a_body_that_cannot_move_and_limited_by_damping_
 }
 
 TEST(StableStep, eigenvalue_bound_is_tight_from_above) {
-  std::mt19937 random(2);
+  test::Random random(2);
   std::normal_distribution<double> normal;
   for (int n = 0; n < 200; ++n) {
     Mat3 b;
@@ -89,7 +90,7 @@ constexpr double kEnd = 0.05;
 
 // Splits near the end of an edge leave slivers that are unstable at the step; added mass keeps it stable.
 TEST(MassScaling, keeps_the_step_after_slivers_are_cut) {
-  std::mt19937 random(7);
+  test::Random random(7);
   TriangleMesh mesh = test::organ();
   MeshEditor editor(mesh);
   SurfaceSpringSettings settings;
@@ -127,7 +128,7 @@ TEST(MassScaling, keeps_the_step_after_slivers_are_cut) {
 }
 
 TEST(MassScaling, control_the_same_slivers_blow_up_without_it) {
-  std::mt19937 random(7);
+  test::Random random(7);
   TriangleMesh mesh = test::organ();
   MeshEditor editor(mesh);
   const double step = 0.9 * limit_s(mesh, {});
@@ -152,7 +153,7 @@ TEST(FineSurface, divides_a_step_that_is_beyond_its_stable_one) {
   settings.step_s /= divided.parts();
   SurfaceSprings short_steps(mesh, {}, stiff, settings);
   ASSERT_EQ(short_steps.parts(), 1);
-  std::mt19937 random(2);
+  test::Random random(2);
   Particles p(mesh, {});
   std::uniform_real_distribution<float> unit(-0.1f, 0.1f);
   for (Vec4f& v : p.v) v.head<3>() = Vec3f(unit(random), unit(random), unit(random));

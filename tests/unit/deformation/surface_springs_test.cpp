@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "tests/support/random.h"
 #include "tests/unit/deformation/shapes.h"
 
 namespace sectio::deformation_test {
@@ -135,7 +136,7 @@ TEST(SurfaceSprings, energy_only_falls_without_input) {
   const TriangleMesh mesh = test::organ();
   SurfaceSprings springs(mesh, {}, {}, {});
   Particles p(mesh, {});
-  std::mt19937 random(3);
+  test::Random random(3);
   std::uniform_real_distribution<float> unit(-0.05f, 0.05f);
   for (Vec4f& v : p.v) v.head<3>() = Vec3f(unit(random), unit(random), unit(random));
   double last = springs.energy_j(p.x, p.v);

@@ -1,6 +1,7 @@
 // Local updates after changes of topology against a rebuild from scratch.
 #include <gtest/gtest.h>
 
+#include "tests/support/random.h"
 #include "tests/unit/deformation/shapes.h"
 
 namespace sectio::deformation_test {
@@ -31,7 +32,7 @@ SurfaceSpringSettings short_step() {
 }
 
 TEST(SurfaceSpringsUpdate, equals_a_rebuild_after_random_local_changes) {
-  std::mt19937 random(5);
+  test::Random random(5);
   TriangleMesh mesh = test::organ(2);
   MeshEditor editor(mesh);
   SurfaceSprings springs(mesh, {}, {}, short_step());
@@ -116,7 +117,7 @@ TEST(SurfaceSpringsUpdate, leaves_the_inside_of_a_cut_without_pretension) {
 }
 
 TEST(SurfaceSpringsUpdate, compacts_and_goes_on) {
-  std::mt19937 random(6);
+  test::Random random(6);
   TriangleMesh mesh = test::organ(3);
   MeshEditor editor(mesh);
   SurfaceSprings springs(mesh, {}, {}, short_step());

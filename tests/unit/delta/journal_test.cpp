@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <random>
 
 #include "common/core/error.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/random.h"
 
 namespace sectio::delta_test {
 namespace {
@@ -76,7 +76,7 @@ TEST(Keyframe, A_DEF_13_permanent_changes_wait_until_temporary_elements_are_gone
 TEST(Keyframe, damaged_ones_are_refused) {
   MovingWorld world(0);
   const std::vector<std::uint8_t> whole = to_bytes(keyframe_of(world.mesh()));
-  std::mt19937 random(5);
+  test::Random random(5);
   for (int i = 0; i < 5000; ++i) {
     std::vector<std::uint8_t> bytes = whole;
     std::uint8_t& byte = bytes[random() % bytes.size()];
@@ -186,7 +186,7 @@ TEST(Journal, damaged_anywhere_is_an_input_error_that_names_the_place) {
   record(world, path);
   const std::vector<char> whole = read_file(path);
   const std::uint64_t hash = world.mesh().hash();
-  std::mt19937 random(11);
+  test::Random random(11);
   for (int i = 0; i < 200; ++i) {
     std::vector<char> bytes = whole;
     char& byte = bytes[random() % bytes.size()];

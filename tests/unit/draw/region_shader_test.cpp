@@ -1,4 +1,5 @@
 #include "render_client/draw/region_shader.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,7 @@ namespace sectio::draw_test {
 namespace {
 
 TEST(RegionTable, no_cell_misses_a_part_that_is_there) {
-  std::mt19937 random(11);
+  test::Random random(11);
   std::uniform_real_distribution<double> place(-0.06, 0.06), size(0.001, 0.02), turn(-1, 1);
   const Eigen::AlignedBox3d body(Vec3(-0.05, -0.03, -0.02), Vec3(0.05, 0.03, 0.02));
   const auto vector = [&](auto& of) { return Vec3(of(random), of(random), of(random)); };

@@ -3,9 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "common/messages/codec.h"
+#include "tests/support/random.h"
 
 namespace sectio::gateway_test {
 namespace {
@@ -167,7 +166,7 @@ TEST_F(GatewayTest, passes_orders_of_who_leads_on_and_no_others) {
 TEST_F(GatewayTest, survives_garbage_and_ends_the_connection_of_who_goes_on_with_it) {
   const std::uint32_t ada = enter("Ada"), eve = enter("Eve");
   say(ada, LiveKind::claim, ToolClaim{0, ClaimAction::claim});
-  std::mt19937 random(1);
+  test::Random random(1);
   bool open = true;
   int frames = 0;
   for (; open && frames < 1000; ++frames) {

@@ -6,6 +6,7 @@
 
 #include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
+#include "tests/support/random.h"
 #include "tests/support/shapes.h"
 #include "tests/support/tet_shapes.h"
 
@@ -63,7 +64,7 @@ TEST(Regions, a_ball_said_to_be_of_one_region_is) {
   regions[0].parts[0].b_m = Vec3(0.012, 0.004, 0.008);
   regions[0].ripple_m = 0.001;
   regions[1].parts[0].radius_b_m = 0.02;
-  std::mt19937 random(3);
+  test::Random random(3);
   std::uniform_real_distribution<double> place(-0.01, 0.05), radius(0, 0.01);
   int uniform = 0;
   for (int i = 0; i < 20000; ++i) {

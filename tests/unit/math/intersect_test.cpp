@@ -4,15 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "common/math/orientation.h"
+#include "tests/support/random.h"
 
 namespace sectio::math_test {
 namespace {
 
-using Random = std::mt19937_64;
+using Random = test::Random64;
 
 double uniform(Random& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;

@@ -2,11 +2,11 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <random>
 
 #include "common/core/error.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/mcap/mcap_writer.h"
+#include "tests/support/random.h"
 
 namespace sectio::mcap_test {
 namespace {
@@ -98,7 +98,7 @@ TEST_F(Mcap, of_every_prefix_what_is_whole_is_read) {
 TEST_F(Mcap, a_damaged_byte_never_yields_a_message_that_was_not_written) {
   write(100);
   const auto size = std::filesystem::file_size(path);
-  std::mt19937 random(7);
+  test::Random random(7);
   for (int i = 0; i < 2000; ++i) {
     std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
     const auto at = static_cast<std::streamoff>(8 + random() % (size - 8));

@@ -9,6 +9,7 @@
 #include "sim_server/meshing/fill.h"
 #include "sim_server/meshing/relax.h"
 #include "sim_server/meshing/tetgen.h"
+#include "tests/support/random.h"
 #include "tests/support/shapes.h"
 #include "tests/support/tet_shapes.h"
 
@@ -87,7 +88,7 @@ TriangleSoup turned(TriangleSoup soup, const Eigen::Quaterniond& by) {
 }
 
 TEST(LatticeMesher, sharp_edges_and_corners_of_boxes_stay_however_they_are_turned) {
-  std::mt19937 random(3);
+  test::Random random(3);
   std::normal_distribution<double> normal;
   const Vec3 size_m(0.2, 0.05, 0.07);
   int corners = 0;

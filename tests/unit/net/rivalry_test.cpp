@@ -1,4 +1,5 @@
 #include "sim_server/net/rivalry.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@ struct Race {
 
   // Left 20 s later: 1, 2, both (3) or none (0).
   int left(unsigned seed) const {
-    std::mt19937 random(seed);
+    test::Random random(seed);
     std::uniform_real_distribution late_s(least_late_s, most_late_s);
     Rivalry first, second;  // each knows the other
     bool is_first_there = true, is_second_there = true;

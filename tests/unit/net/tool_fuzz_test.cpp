@@ -5,6 +5,7 @@
 #include "sim_server/net/sample_deduplicator.h"
 #include "tests/support/damage.h"
 #include "tests/support/operation.h"
+#include "tests/support/random.h"
 
 namespace sectio::net_test {
 namespace {
@@ -17,7 +18,7 @@ struct Survived {
 void survive(std::uint32_t seed, Survived& survived) {
   test::Operation op(test::organ_scene());
   SampleDeduplicator deduplicator(1);
-  std::mt19937 random(seed);
+  test::Random random(seed);
   StepInput input;
   for (std::uint64_t i = 1; i <= 3000; ++i) {
     // To and fro through the upper side, 15 mm deep at most.

@@ -3,11 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "common/delta/delta_queue.h"
 #include "common/mesh/check.h"
 #include "tests/support/operation.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 namespace {
@@ -44,7 +43,7 @@ TEST(MergedDelta, deltas_of_a_stroke_in_groups_of_any_size_lead_to_the_same_mesh
   for (const bool probe : {false, true}) {
     const Stroke stroke(probe);
     ASSERT_GT(stroke.deltas.size(), 100u);
-    std::mt19937 random(7);
+    test::Random random(7);
     for (const unsigned most : {1u, 16u, 300u}) {
       TriangleMesh one_by_one = stroke.before, merged_mesh = stroke.before;
       MergedDelta merged;

@@ -1,12 +1,12 @@
 // No crash, no growth, whatever arrives, and a mesh that only ever holds what the server's hash vouches for.
 #include <gtest/gtest.h>
 
-#include <random>
 #include <set>
 
 #include "render_client/replica/replica.h"
 #include "sim_server/net/state_encoder.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/random.h"
 
 namespace sectio::replica_test {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 using test::MovingWorld;
 constexpr std::uint64_t kEpoch = 7;
 
-std::uint64_t some_number(std::mt19937& random, std::uint64_t near) {
+std::uint64_t some_number(test::Random& random, std::uint64_t near) {
   switch (random() % 4) {
     case 0:
       return ~0ull - random() % 3;
@@ -25,7 +25,7 @@ std::uint64_t some_number(std::mt19937& random, std::uint64_t near) {
   }
 }
 
-void damage(TopologyDelta& delta, std::mt19937& random) {
+void damage(TopologyDelta& delta, test::Random& random) {
   const auto number32 = [&](std::uint32_t near) { return static_cast<std::uint32_t>(some_number(random, near)); };
   switch (random() % 9) {
     case 0:
@@ -71,7 +71,7 @@ class ReplicaFuzz : public testing::Test {
   MovingWorld world{1};
   StateEncoder encoder;
   Replica replica;
-  std::mt19937 random{2024};
+  test::Random random{2024};
   std::set<std::uint64_t> hashes;  // hashes that the server had at any time
 };
 

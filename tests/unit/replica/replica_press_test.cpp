@@ -2,13 +2,12 @@
 // messages, from the beginning, late, and with losses.
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "common/delta/keyframe.h"
 #include "render_client/replica/replica.h"
 #include "sim_server/net/state_encoder.h"
 #include "sim_server/net/world_view.h"
 #include "tests/support/operation.h"
+#include "tests/support/random.h"
 
 namespace sectio::test {
 namespace {
@@ -84,7 +83,7 @@ class Viewers {
   Operation& op_;
   StateEncoder encoder_;
   const TriangleMesh before_;
-  std::mt19937 random_{11};
+  test::Random random_{11};
 
  public:
   Replica always, losing;

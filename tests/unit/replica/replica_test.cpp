@@ -5,10 +5,10 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <random>
 
 #include "sim_server/net/state_encoder.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/random.h"
 
 namespace sectio::replica_test {
 namespace {
@@ -193,7 +193,7 @@ TEST_F(Replicas, a_frame_waits_for_lost_pieces_and_is_then_patched) {
 
 TEST_F(Replicas, D_1_any_loss_of_deltas_ends_with_the_servers_hash) {
   deliver_keyframe();
-  std::mt19937 random(99);
+  test::Random random(99);
   int frames = 0;
   for (int i = 0; i < 1000; ++i) {
     Sent sent = step(i % 2 == 0);
@@ -219,7 +219,7 @@ TEST_F(Replicas, D_1_any_loss_of_deltas_ends_with_the_servers_hash) {
 
 TEST_F(Replicas, lossy_states_are_drawn_ten_times_a_second_at_least_and_heal) {
   deliver_keyframe();
-  std::mt19937 random(4);
+  test::Random random(4);
   double last_s = 0, longest_s = 0;
   for (int i = 0; i < 600; ++i) {
     Sent sent = step(i % 20 == 0);
@@ -236,7 +236,7 @@ TEST_F(Replicas, lossy_states_are_drawn_ten_times_a_second_at_least_and_heal) {
 
 // Every message on its own: one in twenty is lost, the others take up to 50 ms, so that they overtake each other.
 TEST_F(Replicas, D_4_loss_and_jitter_end_with_the_servers_hash) {
-  std::mt19937 random(20240904);
+  test::Random random(20240904);
   std::multimap<double, std::function<void()>> wire;
   const auto send = [&](std::function<void()> arrive) {
     if (random() % 20 != 0) wire.emplace(now_s + 0.05 * static_cast<double>(random() % 1000) / 1000, std::move(arrive));

@@ -10,6 +10,7 @@
 #include "sim_server/net/state_encoder.h"
 #include "tests/support/damage.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/random.h"
 
 namespace sectio::replica_test {
 namespace {
@@ -80,7 +81,7 @@ class WireFuzz : public testing::Test {
   Replica replica;
   KeyframeAssembler assembler;
   Frame frame;
-  std::mt19937 random{31};
+  test::Random random{31};
   std::set<std::uint64_t> hashes;  // hashes that the server had at any time
   double now_s = 0;
   int survivors = 0;  // damaged, and still valid as far as one message can tell

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <random>
 #include <sstream>
 
 #include "common/core/error.h"
+#include "tests/support/random.h"
 
 namespace sectio::scene_test {
 namespace {
@@ -313,7 +313,7 @@ TEST_F(MeshImport, two_parts_may_not_touch_or_cross) {
 
 // Damaged PLY files drive the reader into crashes and endless loops; the caller only ever sees an InputError.
 TEST_F(MeshImport, hostile_ply_files_neither_hang_nor_crash) {
-  std::mt19937 random(20240711);
+  test::Random random(20240711);
   ImportLimits limits;
   limits.time_s = 0.3;
   limits.memory_bytes = 500'000'000;

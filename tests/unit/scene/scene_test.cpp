@@ -1,8 +1,7 @@
 #include "sim_server/scene/scene.h"
 
-#include <random>
-
 #include "sim_server/engine/standard_traits.h"
+#include "tests/support/random.h"
 #include "tests/unit/scene/scene_file.h"
 
 namespace sectio::scene_test {
@@ -370,7 +369,7 @@ TEST_F(SceneFile, text_that_is_no_scene_is_refused) {
 }
 
 TEST_F(SceneFile, damaged_text_is_read_or_refused_and_nothing_else) {
-  std::mt19937 random(7);
+  test::Random random(7);
   const std::string good = kScene;
   int refused = 0;
   for (int i = 0; i < 400; ++i) {

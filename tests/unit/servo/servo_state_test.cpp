@@ -1,4 +1,5 @@
 #include "device_bridge/servo/servo_state.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -85,7 +86,7 @@ TEST(ServoState, a_broken_model_gives_no_force_and_is_forgotten) {
 // mind each tick.
 TEST(ServoState, no_server_exceeds_what_the_device_tells) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN(), kMuch = 1e300;
-  std::mt19937 random(11);
+  test::Random random(11);
   const auto uniform = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
   const auto any_size = [&] { return std::pow(10, uniform(-6, 9)); };
   const auto any_way = [&] { return Vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).stableNormalized(); };

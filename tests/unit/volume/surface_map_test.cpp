@@ -9,6 +9,7 @@
 #include "common/mesh/check.h"
 #include "sim_server/volume/tets/collapse.h"
 #include "sim_server/volume/tets/tet_cut.h"
+#include "tests/support/random.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio::volume_test {
@@ -84,7 +85,7 @@ TEST(SurfaceMap, is_a_closed_manifold_of_the_same_volume_after_any_cuts_and_coll
   std::size_t shared = 0, pinched = 0, cuts = 0;
   int collapsed = 0;
   for (std::uint32_t seed = 0; seed < 12; ++seed) {
-    std::mt19937 random(seed);
+    test::Random random(seed);
     std::uniform_real_distribution<double> uniform(-1, 1);
     const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
     Cut block;

@@ -14,6 +14,7 @@
 #include "sim_server/volume/volume_engines.h"
 #include "sim_server/world/body.h"
 #include "tests/support/block_under_blade.h"
+#include "tests/support/random.h"
 
 namespace sectio::volume_test {
 namespace {
@@ -371,7 +372,7 @@ TEST_P(VolumeFronts, A_20_a_front_that_is_made_anew_leaves_energy_and_momentum_a
 TEST(VolumeFrontsOfHands, a_trembling_blade_leaves_no_crumbs) {
   for (const unsigned seed : {1u, 2u, 3u, 4u}) {
     BlockUnderBlade block("neo_hookean", 0, "progressive");
-    std::mt19937 random(seed);
+    test::Random random(seed);
     std::normal_distribution<double> tremor(0, 0.0004);
     for (double y_m = -0.025; y_m < 0.026; y_m += 0.0004) {
       const Vec3 tip(0.0013 + tremor(random), y_m + tremor(random), 0.012 + tremor(random));
