@@ -6,7 +6,6 @@
 
 namespace sectio {
 
-// For numbers that differ with every start of a program, e.g. the source of a bridge. Nobody compares two clocks.
 inline std::uint64_t microseconds_since_1970() {
   const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count());

@@ -1,8 +1,8 @@
-// The epoch of a server: the beginning of its session, in units of 256 microseconds since 1970, times 2^20, plus the
-// term.
+// The epoch of a server: the name of its session times 2^20, plus the term.
 //
-// The beginning is a name, made unique by a clock; nobody compares the clocks of two sessions. Each server that takes
-// the session over, after a fault or in place of another, counts the term up by one: of two servers with one beginning
+// The name is the second in which the session began, modulo 2^27, times 2^16, plus a random number, so that servers
+// that start in one moment differ. Each server that takes
+// the session over, after a fault or in place of another, counts the term up by one: of two servers with one name
 // the one with the later term holds the session, and the other is a ghost. A session that is begun anew, or a record
 // that is shown from another moment, has another term, too: there are enough for 200 000 of these.
 #pragma once
@@ -10,23 +10,25 @@
 #include <cstdint>
 #include <random>
 
+#include "common/core/unique_id.h"
 #include "common/core/wall_time.h"
 
 namespace sectio {
 
 constexpr unsigned kTermBits = 20;
 
-constexpr std::uint64_t first_epoch(std::uint64_t beginning) {
-  return beginning << kTermBits;
+constexpr std::uint64_t first_epoch(std::uint64_t name_of_session) {
+  return name_of_session << kTermBits;
 }
 inline std::uint64_t new_epoch() {
-  return first_epoch(microseconds_since_1970() >> 8);
+  const std::uint64_t second = microseconds_since_1970() / 1'000'000 % (1u << 27);
+  return first_epoch(second << 16 | unique_id(16));
 }
-constexpr std::uint64_t beginning_of(std::uint64_t epoch) {
+constexpr std::uint64_t name_of_session(std::uint64_t epoch) {
   return epoch >> kTermBits;
 }
 constexpr bool same_session(std::uint64_t epoch, std::uint64_t other) {
-  return beginning_of(epoch) == beginning_of(other);
+  return name_of_session(epoch) == name_of_session(other);
 }
 // The epoch of a server that takes the session over. Two that do so at once, without knowing of each other, have
 // different terms almost always; the later one stays.

@@ -15,6 +15,7 @@
 #include "common/core/error.h"
 #include "common/core/latest_value.h"
 #include "common/core/log.h"
+#include "common/core/unique_id.h"
 #include "common/core/wall_time.h"
 #include "common/dds/endpoints.h"
 #include "common/dds/keys.h"
@@ -79,7 +80,7 @@ class Messenger {
  public:
   Messenger(const NetworkOptions& options, std::uint32_t tool_id, Handover& handover)
       : endpoints_(options, "device_bridge " + std::to_string(tool_id)), handover_(handover) {
-    packet_.source = microseconds_since_1970();
+    packet_.source = unique_id(kProgramIdBits);
     packet_.tool_id = tool_id;
   }
 

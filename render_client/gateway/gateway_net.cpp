@@ -1,6 +1,7 @@
 #include "render_client/gateway/gateway_net.h"
 
 #include "common/core/log.h"
+#include "common/core/unique_id.h"
 #include "common/core/wall_time.h"
 #include "common/dds/endpoints.h"
 #include "common/messages/epoch.h"
@@ -17,7 +18,7 @@ struct GatewayNet::Wire {
                   ServerStatus, ContactMessage, SessionEnd>,
             Writes<KeyframeRequest, ToolWish, SessionOrder, LinkReport>>
       endpoints;
-  std::uint64_t client = microseconds_since_1970();
+  std::uint64_t client = unique_id(kProgramIdBits);
   std::uint64_t newest_epoch = 0, ended_epoch = 0;
   bool any_scene = false;
   LinkClock clock;

@@ -7,6 +7,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/stop_signal.h"
+#include "common/core/unique_id.h"
 #include "common/core/wall_time.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
@@ -106,7 +107,7 @@ class Stills {
 class Doorway {
  public:
   explicit Doorway(const Options& o)
-      : gateway_({o.token, o.lead_token}, o.limits, microseconds_since_1970()), net_(o.network) {
+      : gateway_({o.token, o.lead_token}, o.limits, unique_id(kProgramIdBits)), net_(o.network) {
     gateway_.tries().keep_in(o.tries);
   }
 

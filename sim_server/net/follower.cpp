@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "common/core/wall_time.h"
 #include "common/messages/epoch.h"
 
 namespace sectio {
@@ -58,7 +57,6 @@ void Follower::ask(double passed_s) {
   wanted_ = next_step_;
   if (Seconds(Clock::now() - asked_).count() < kAsk_s) return;
   asked_ = Clock::now();
-  if (client_ == 0) client_ = microseconds_since_1970();
   if (!endpoints_.write(StepRequest{*epoch_, hole ? next_step_ : 0, client_}))
     log_limited(LogLevel::warning, "step request", "DDS refused to send a request for inputs");
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/core/unique_id.h"
 #include "sim_server/net/server_endpoints.h"
 
 namespace sectio {
@@ -50,7 +51,7 @@ class Follower {
   void ask(double passed_s);
 
   ServerEndpoints& endpoints_;
-  std::uint64_t client_ = 0;
+  std::uint64_t client_ = unique_id(kProgramIdBits);
   std::optional<std::uint64_t> epoch_;
   std::optional<ServerStatus> status_;
   std::map<std::uint64_t, StepRecord> steps_;  // steps that wait for those before them

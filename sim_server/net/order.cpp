@@ -12,7 +12,7 @@
 #include "common/core/error.h"
 #include "common/core/joined.h"
 #include "common/core/log.h"
-#include "common/core/wall_time.h"
+#include "common/core/unique_id.h"
 #include "common/dds/endpoints.h"
 #include "common/dds/find_session.h"
 #include "common/messages/epoch.h"
@@ -100,17 +100,17 @@ struct Servers {
 void Servers::listen(OrderEndpoints& endpoints, bool ordered) {
   while (const auto scene = endpoints.take<SceneInfo>()) {
     tools = scene->tools.size();
-    names[beginning_of(scene->epoch)] = bodies_of(*scene);
+    names[name_of_session(scene->epoch)] = bodies_of(*scene);
   }
-  while (const auto status = endpoints.take<ServerStatus>()) answers[beginning_of(status->epoch)].status = *status;
+  while (const auto status = endpoints.take<ServerStatus>()) answers[name_of_session(status->epoch)].status = *status;
   const std::optional<EventKind> answer_kind = answering_event(order.kind);
   const std::string name = refusal(order, "");
   while (const auto event = endpoints.take<SessionEvent>()) {
     if (!ordered) continue;
     if (event->kind == static_cast<std::uint8_t>(EventKind::order_refused) && event->text.starts_with(name))
-      answers[beginning_of(event->epoch)].refusal = event->text.substr(name.size());
+      answers[name_of_session(event->epoch)].refusal = event->text.substr(name.size());
     if (!answer_kind || event->kind != static_cast<std::uint8_t>(*answer_kind)) continue;
-    answers[beginning_of(event->epoch)].told = true;
+    answers[name_of_session(event->epoch)].told = true;
     std::printf("%s\n", event->text.c_str());
   }
 }
@@ -161,7 +161,7 @@ std::string refusal(const SessionOrder& order, const std::string& why) {
 
 void give_order(NetworkOptions network, SessionOrder order, double patience_s) {
   const std::string name = to_string(order.kind);
-  order.source = microseconds_since_1970();
+  order.source = unique_id(kProgramIdBits);
   if (const std::string flaw = first_flaw(order); !flaw.empty()) throw InputError(name + ": " + flaw);
   find_session(network, patience_s, [] { return false; });
   OrderEndpoints endpoints(network, "sim_server " + name);

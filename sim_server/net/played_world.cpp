@@ -24,7 +24,7 @@ void PlayedWorld::take(const McapReader::Message& message) {
 }
 
 PlayedWorld::Body* PlayedWorld::find(std::uint64_t epoch, std::uint32_t body_id, std::uint32_t& index) {
-  const auto server = servers_.find(beginning_of(epoch));
+  const auto server = servers_.find(name_of_session(epoch));
   if (server == servers_.end() || body_id >= server->second.bodies.size()) return nullptr;
   index = server->second.bodies[body_id];
   return &bodies_[index];
@@ -33,7 +33,7 @@ PlayedWorld::Body* PlayedWorld::find(std::uint64_t epoch, std::uint32_t body_id,
 void PlayedWorld::take(const SceneInfo& scene) {
   if (scene_.session.empty()) scene_ = scene;
   if (scene.tools.size() > scene_.tools.size()) scene_.tools = scene.tools;
-  Server& server = servers_[beginning_of(scene.epoch)];
+  Server& server = servers_[name_of_session(scene.epoch)];
   for (std::size_t b = server.bodies.size(); b < scene.bodies.size() && bodies_.size() < kMaxBodies; ++b) {
     server.bodies.push_back(static_cast<std::uint32_t>(bodies_.size()));
     bodies_.push_back({});
@@ -45,7 +45,7 @@ void PlayedWorld::take(KeyframeChunk chunk) {
   std::uint32_t index = 0;
   Body* body = find(chunk.epoch, chunk.body_id, index);
   if (body == nullptr) return;
-  auto& assembler = servers_[beginning_of(chunk.epoch)].assembler;
+  auto& assembler = servers_[name_of_session(chunk.epoch)].assembler;
   const auto bytes = assembler.add(std::move(chunk));
   std::optional<Keyframe> keyframe = bytes ? keyframe_from_bytes(*bytes) : std::nullopt;
   if (!keyframe || (body->is_known && keyframe->revision <= body->mesh.revision())) return;

@@ -193,7 +193,8 @@ struct ServerNet::State {
 };
 
 ServerNet::ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes) {
-  scene.epoch = options.epoch != 0 ? options.epoch : new_epoch();
+  const bool begins = options.epoch == 0 && !options.standby;
+  scene.epoch = begins ? new_epoch() : options.epoch;
   if (scene.world_bodies.empty())
     for (const BodyInfo& body : scene.bodies) scene.world_bodies.push_back(body.name);
   const std::size_t count = meshes.size();

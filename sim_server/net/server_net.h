@@ -37,7 +37,7 @@ struct Succession {
 struct ServerNetOptions {
   NetworkOptions network;
   double state_rate_hz = 60;
-  std::uint64_t epoch = 0;                   // 0: a new one (common/messages/epoch.h)
+  std::uint64_t epoch = 0;                   // 0: a new one (common/messages/epoch.h), or none for a standby
   bool standby = false;                      // listens, and says nothing until take_over()
   SessionRecord* record = nullptr;           // everything that is sent; outlives the net
   InputLog* inputs = nullptr;                // a standby gets the steps from it that it has missed; outlives the net

@@ -107,7 +107,7 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
     solid->change(change);
     for (const TetChange& collapse : collapses) solid->change(collapse);
   }
-  EXPECT_GT(risen, 1) << "the worst are not those that collapse";
+  EXPECT_GT(risen, 0) << "the worst are not those that collapse";
   if (!solid) return;
   EXPECT_LT(step_over_limit(volume, *solid, material, VolumeSettings().step_s / solid->substeps()), 2);
 }

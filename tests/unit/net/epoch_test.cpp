@@ -2,8 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 namespace sectio::net_test {
 namespace {
+
+// Two servers, or a server and its standby, are often started in the same moment.
+TEST(Epoch, differs_for_each_session_that_begins_in_one_moment) {
+  std::set<std::uint64_t> names;
+  for (int i = 0; i < 16; ++i) names.insert(name_of_session(new_epoch()));
+  EXPECT_GT(names.size(), 14u);
+}
 
 TEST(Epoch, of_a_session_that_is_sought_through_all_day_stays_its_own) {
   const std::uint64_t begun = new_epoch();
