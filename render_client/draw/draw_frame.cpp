@@ -13,6 +13,8 @@ namespace sectio {
 
 namespace {
 
+constexpr float kBlood[] = {0.30f, 0.03f, 0.04f};
+
 Eigen::Matrix4f matrix_of(const Pose& pose) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   m.topLeftCorner<3, 3>() = pose.orientation.normalized().toRotationMatrix();
@@ -113,21 +115,27 @@ FramePainter::FramePainter(Canvas& canvas)
 }
 
 FramePainter::~FramePainter() {
-  for (const DrawnBody& body : bodies_) canvas_.remove_mesh(body.canvas_mesh);
+  while (!bodies_.empty()) remove_last_body();
   for (const DrawnTool& tool : tools_) canvas_.remove_mesh(tool.canvas_mesh);
   canvas_.remove_mesh(floor_mesh_);
 }
 
+void FramePainter::remove_last_body() {
+  canvas_.remove_mesh(bodies_.back().canvas_mesh);
+  canvas_.remove_mesh(bodies_.back().canvas_lips);
+  bodies_.pop_back();
+}
+
 void FramePainter::update_bodies(const Frame& frame, const DrawOptions& options) {
   field_range_ = range_of(frame, options.field);
-  while (bodies_.size() > frame.bodies.size()) {
-    canvas_.remove_mesh(bodies_.back().canvas_mesh);
-    bodies_.pop_back();
-  }
+  while (bodies_.size() > frame.bodies.size()) remove_last_body();
   for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
     const BodyFrame& body = frame.bodies[i];
     bool arranged = i < bodies_.size() && session_ == frame.session;
-    if (i == bodies_.size()) bodies_.emplace_back().canvas_mesh = canvas_.add_mesh();
+    if (i == bodies_.size()) {
+      bodies_.emplace_back().canvas_mesh = canvas_.add_mesh();
+      bodies_.back().canvas_lips = canvas_.add_mesh();
+    }
     DrawnBody& drawn = bodies_[i];
     arranged = arranged && drawn.revision == body.revision && drawn.name == body.name &&
                drawn.vertex_slots == body.rest_body_m.size() && drawn.triangle_slots == body.triangles.size();
@@ -142,6 +150,8 @@ void FramePainter::update_bodies(const Frame& frame, const DrawOptions& options)
       drawn.vertex_slots = body.rest_body_m.size();
       drawn.triangle_slots = body.triangles.size();
       canvas_.set_indices(drawn.canvas_mesh, drawn.mesh.indices());
+      drawn.lips.arrange(body);
+      canvas_.set_indices(drawn.canvas_lips, drawn.lips.indices());
     }
     const ScalarField* field = field_of(body, options.field);
     drawn.shows_field = field != nullptr;
@@ -150,7 +160,11 @@ void FramePainter::update_bodies(const Frame& frame, const DrawOptions& options)
       drawn.mesh.set_scalars(field, field_range_->least, field_range_->most);
     else
       drawn.mesh.set_scalars(field_of(body, "wetness"));
-    if (drawn.visible) canvas_.set_vertices(drawn.canvas_mesh, drawn.mesh.vertices());
+    if (!drawn.visible) continue;
+    canvas_.set_vertices(drawn.canvas_mesh, drawn.mesh.vertices());
+    if (drawn.lips.empty()) continue;
+    drawn.lips.move(body);
+    canvas_.set_vertices(drawn.canvas_lips, drawn.lips.vertices());
   }
   session_ = frame.session;
 }
@@ -230,6 +244,9 @@ void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, cons
     material.colour = material.inside_colour;
     material.layers = body.layers;
     draw_parts(drawn.canvas_mesh, walls, material);
+    const IndexRange lips{0, static_cast<std::uint32_t>(drawn.lips.indices().size())};
+    if (is_tissue && lips.count > 0)
+      canvas_.draw(drawn.canvas_lips, lips, {Shading::skin, Vec3f(kBlood[0], kBlood[1], kBlood[2])}, in_world);
   }
   if (options.wireframe && !options.section) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);
 }

@@ -10,6 +10,7 @@
 #include "render_client/draw/camera.h"
 #include "render_client/draw/canvas.h"
 #include "render_client/draw/floor_mesh.h"
+#include "render_client/draw/lip_lines.h"
 #include "render_client/draw/overlay.h"
 #include "render_client/draw/shadow_split.h"
 #include "render_client/draw/tool_mesh.h"
@@ -51,11 +52,12 @@ class FramePainter {
 
  private:
   struct DrawnBody {
-    MeshId canvas_mesh = 0;
+    MeshId canvas_mesh = 0, canvas_lips = 0;
     std::string name;
     std::uint64_t revision = 0;
     std::size_t vertex_slots = 0, triangle_slots = 0;
     BodyMesh mesh;
+    LipLines lips;
     bool pattern_per_pixel = false;
     bool shows_field = false;
     bool visible = false;
@@ -68,6 +70,7 @@ class FramePainter {
     ToolMesh mesh;
   };
 
+  void remove_last_body();
   void update_bodies(const Frame& frame, const DrawOptions& options);
   void update_tools(const Frame& frame);
   void draw_body(const DrawnBody& drawn, const BodyFrame& body, const CanvasView& view, const DrawOptions& options);

@@ -63,6 +63,24 @@ TEST(Matter, walls_show_their_layers_by_depth) {
   EXPECT_GT(count(upper, is_blue), count(both, is_blue) + 150) << "the last layer reaches all the way";
 }
 
+TEST(Matter, a_cut_that_lies_closed_is_seen_as_a_dark_line) {
+  Frame frame = from_above();
+  frame.bodies = {test::make_organ({.opening_m = 0})};
+  const Image whole = drawn(frame);
+  frame.bodies = {test::make_organ({.opening_m = 1e-7})};
+  const Image cut = drawn(frame);
+  int darker = 0, lighter = 0;
+  for (int y = 0; y < cut.height_px; ++y)
+    for (int x = 0; x < cut.width_px; ++x) {
+      const int more = int{cut.pixel(x, y)[0]} - int{whole.pixel(x, y)[0]};
+      darker += more < -30;
+      lighter += more > 40;
+    }
+  EXPECT_GT(darker, 100);  // the cut is 110 pixels long
+  EXPECT_LT(darker, 600);
+  EXPECT_EQ(lighter, 0);
+}
+
 TEST(Matter, the_two_walls_of_a_cut_have_a_normal_each_where_they_meet) {
   const BodyFrame body = test::make_organ();
   BodyMesh mesh;
