@@ -38,6 +38,7 @@ struct IndexRange {
 enum class Shading : std::uint8_t {
   skin,          // moist organ surface; back faces of skin and of drapes are not drawn
   wall,          // cut tissue, lit from both sides
+  blood,         // on the lips of cuts
   scalar_field,  // a colour map of the vertices' scalar, lit from both sides
   metal,         // bare steel
   polymer,       // insulation
@@ -76,7 +77,7 @@ struct CanvasView {
   std::array<Occluder, 2> occluders;
   int occluder_count = 0;
   PicturePart part = PicturePart::whole;
-  // Skin, walls and scalar fields aren't drawn where n . p + d > 0 in the world; n is a unit vector. The plane is drawn
+  // Skin, walls, blood and scalar fields aren't drawn where n . p + d > 0 in the world; n is a unit vector. The plane is drawn
   // instead, where it is inside a closed mesh.
   std::optional<Eigen::Vector4f> section;
 };

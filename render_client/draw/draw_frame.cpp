@@ -246,7 +246,7 @@ void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, cons
     draw_parts(drawn.canvas_mesh, walls, material);
     const IndexRange lips{0, static_cast<std::uint32_t>(drawn.lips.indices().size())};
     if (is_tissue && lips.count > 0)
-      canvas_.draw(drawn.canvas_lips, lips, {Shading::skin, Vec3f(kBlood[0], kBlood[1], kBlood[2])}, in_world);
+      canvas_.draw(drawn.canvas_lips, lips, {Shading::blood, Vec3f(kBlood[0], kBlood[1], kBlood[2])}, in_world);
   }
   if (options.wireframe && !options.section) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);
 }

@@ -21,12 +21,13 @@ constexpr float kNeverDeep_m = 1e3f;     // to which the last layer reaches
 constexpr float kBehindAll = 0.999999f;  // a depth just in front of the background
 
 bool is_tissue(Shading shading) {
-  return shading == Shading::skin || shading == Shading::wall || shading == Shading::scalar_field;
+  return shading == Shading::skin || shading == Shading::wall || shading == Shading::blood ||
+         shading == Shading::scalar_field;
 }
 
 bool takes_shadows(Shading shading) {
-  return shading == Shading::skin || shading == Shading::wall || shading == Shading::drape ||
-         shading == Shading::plastic || shading == Shading::cloth;
+  return shading == Shading::skin || shading == Shading::wall || shading == Shading::blood ||
+         shading == Shading::drape || shading == Shading::plastic || shading == Shading::cloth;
 }
 
 struct GpuMesh {
@@ -170,7 +171,7 @@ void GlCanvas::warm_up() {
   set_indices(unseen_triangle_, std::array<std::uint32_t, 3>{0, 1, 2});
   begin({});
   for (const Shading shading :
-       {Shading::skin, Shading::wall, Shading::metal, Shading::polymer, Shading::glow, Shading::drape})
+       {Shading::skin, Shading::wall, Shading::blood, Shading::metal, Shading::polymer, Shading::glow, Shading::drape})
     program({.shading = shading});
   draw_wireframe(unseen_triangle_, {0, 3}, Eigen::Matrix4f::Identity());
   finish();

@@ -35,6 +35,8 @@ const char* fragment_source(Shading shading) {
       return shaders::kSkin;
     case Shading::wall:
       return shaders::kWall;
+    case Shading::blood:
+      return shaders::kBlood;
     case Shading::scalar_field:
       return shaders::kScalarField;
     case Shading::metal:

@@ -9,6 +9,7 @@ namespace sectio {
 namespace {
 
 constexpr float kLift_m = 0.00004f;  // above the skin
+constexpr float kSmooth = 0.9f;      // cosine between the normals of lips without an edge of the body between them
 
 using Edge = std::pair<VertexId, VertexId>;
 
@@ -69,12 +70,15 @@ void LipLines::move(const BodyFrame& body) {
       v->inward += inward;
       v->normal += normal;
     }
-    for (std::size_t k = 0; k < 4; ++k) vertices_[4 * i + k].normal = normal;
+    vertices_[4 * i].normal = normal;
   }
   for (LipVertex& v : at_lips_) v.inward.stableNormalize(), v.normal.stableNormalize();
   for (std::size_t i = 0; i < lips_.size(); ++i) {
     const LipVertex &a = at_lips_[lips_[i].a], &b = at_lips_[lips_[i].b];
     CanvasVertex* const corner = &vertices_[4 * i];
+    const Vec3f flat = corner[0].normal;
+    corner[0].normal = corner[3].normal = a.normal.dot(flat) > kSmooth ? a.normal : flat;
+    corner[1].normal = corner[2].normal = b.normal.dot(flat) > kSmooth ? b.normal : flat;
     corner[0].position_m = x[a.slot] + kLift_m * a.normal;
     corner[1].position_m = x[b.slot] + kLift_m * b.normal;
     corner[2].position_m = corner[1].position_m + kWidth_m * b.inward;

@@ -12,7 +12,7 @@ namespace sectio {
 
 class LipLines {
  public:
-  static constexpr float kWidth_m = 0.0003f;
+  static constexpr float kWidth_m = 0.0002f;
 
   // For a new revision: finds the lips. O(triangles).
   void arrange(const BodyFrame& body);
@@ -36,7 +36,7 @@ class LipLines {
 
   std::vector<Lip> lips_;
   std::vector<LipVertex> at_lips_;
-  std::vector<CanvasVertex> vertices_;  // four a lip, which is flat: a, b, and their places beside it
+  std::vector<CanvasVertex> vertices_;  // four a lip: a, b, and their places beside it
   std::vector<std::uint32_t> indices_;
 };
 

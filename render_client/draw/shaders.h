@@ -237,6 +237,17 @@ void main() {
   emit_tissue(mix(n, film, 0.7), film, albedo * wet_shade(), openness, 1.0 + wet_gloss());
 })";
 
+// A film on the lips of cuts.
+constexpr const char* kBlood = R"(
+void main() {
+#ifdef SECTION
+  if (dot(section, vec4(p_view, 1.0)) > 0.0) discard;
+#endif
+  vec3 n = normalize(n_view);
+  float key = mix(0.25, 1.0, key_light_at(p_view));
+  emit(base_colour * base_colour * (key * max(dot(n, kKey), 0.0) + 0.25 * max(dot(n, kFill), 0.0) + 0.22));
+})";
+
 // Colours that say a value: the light only models the form.
 constexpr const char* kScalarField = R"(
 uniform vec3 colour_stops[5];
