@@ -284,6 +284,7 @@ std::vector<double> component_rest_volumes_m3(const TriangleMesh& mesh, std::spa
     volumes[component[t]].add(mesh.rest_body_m(a), mesh.rest_body_m(b), mesh.rest_body_m(c));
   }
   std::vector<double> m3;
+  m3.reserve(volumes.size());
   for (const EnclosedVolume& volume : volumes) m3.push_back(volume.m3());
   return m3;
 }

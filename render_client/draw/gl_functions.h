@@ -31,6 +31,7 @@ namespace sectio {
                                           f(Uniform2iv) f(Uniform3fv) f(Uniform4fv) f(UniformMatrix4fv) f(UseProgram) \
                                               f(VertexAttribPointer) f(Viewport)
 
+// NOLINTBEGIN(bugprone-macro-parentheses): a declared name takes none
 struct GlFunctions {
 #ifdef __EMSCRIPTEN__
   // A browser has one library of OpenGL.
@@ -49,5 +50,6 @@ struct GlFunctions {
   SECTIO_GL_FUNCTIONS(SECTIO_DECLARE)
 #undef SECTIO_DECLARE
 };
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace sectio

@@ -389,12 +389,28 @@ class PathFinder {
     }
     if (closed && path.points.size() > 1 && path.points.front().same_place(path.points.back())) path.points.pop_back();
     if (path.points.empty()) return false;
+    leave_out_way_round_front(path);
     if (closed) {
       const int n = static_cast<int>(path.points.size());
       for (PathFace& f : path.faces) f.begin = (f.begin + n) % n, f.end = (f.end + n) % n;
     }
     paths.push_back(std::move(path));
     return true;
+  }
+
+  // Vertices may lie at the place of a front, all in the plane. The first face is then chosen among faces of no width,
+  // and the path may go once round the front before it goes on.
+  static void leave_out_way_round_front(SurfacePath& path) {
+    if (path.closed || path.points.front().ridge == kNone) return;
+    const PathPoint begin = path.points.front();
+    const auto is_begin = [&](const PathPoint& p) { return p.same_place(begin); };
+    const auto again = std::find_if(path.points.rbegin(), path.points.rend() - 1, is_begin);
+    const auto left_out = static_cast<int>(path.points.rend() - 1 - again);
+    if (left_out == 0 || left_out + 1 == static_cast<int>(path.points.size())) return;
+    path.points.erase(path.points.begin(), path.points.begin() + left_out);
+    path.points.front() = begin;
+    std::erase_if(path.faces, [&](const PathFace& f) { return f.begin < left_out; });
+    for (PathFace& f : path.faces) f.begin -= left_out, f.end -= left_out;
   }
 
   const MeshDraft& draft_;
