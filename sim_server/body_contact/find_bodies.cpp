@@ -49,7 +49,8 @@ class NearCells {
     return ((p - box_.min()) / cell_m_).cast<int>().cwiseMax(0).cwiseMin(kCells - 1);
   }
   static std::size_t number_of(const Eigen::Vector3i& cell) {
-    return static_cast<std::size_t>((cell.z() * kCells + cell.y()) * kCells + cell.x());
+    const int number = (cell.z() * kCells + cell.y()) * kCells + cell.x();
+    return static_cast<std::size_t>(number);
   }
   void mark(const Eigen::Vector3i& from, const Eigen::Vector3i& to) {
     for (int z = from.z(); z <= to.z(); ++z)

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/intersect.h"
+
 namespace sectio {
 namespace {
 
