@@ -77,8 +77,8 @@ struct CanvasView {
   std::array<Occluder, 2> occluders;
   int occluder_count = 0;
   PicturePart part = PicturePart::whole;
-  // Skin, walls, blood and scalar fields aren't drawn where n . p + d > 0 in the world; n is a unit vector. The plane is drawn
-  // instead, where it is inside a closed mesh.
+  // Skin, walls, blood and scalar fields aren't drawn where n . p + d > 0 in the world; n is a unit vector. The plane
+  // is drawn instead, where it is inside a closed mesh.
   std::optional<Eigen::Vector4f> section;
 };
 
