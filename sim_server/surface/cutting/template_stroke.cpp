@@ -17,6 +17,7 @@ constexpr double kOutBelow_m = 1e-3;  // a tip that is out on the other side is 
 constexpr double kBackwards = -0.2;   // cosine to a front: a blade that has drawn back further does not cut
 constexpr double kOnward = 0.25;      // a blade that rises still cuts when it goes on by this share of its rise
 constexpr double kHeading_m = 1e-3;   // a cut's direction is taken over this way: a short step may go anywhere
+constexpr double kGrooveAhead = 4;    // tolerances from a blade in a groove to the end of the groove
 constexpr double kMostSlant = 2;      // slant of a joined front, in tolerances between its ends along the motion
 constexpr int kMostSteps = 64;        // steps into which one motion is divided
 constexpr double kSamePart_m = 1e-3;  // vertices of a temporary part that is made anew are this near to the last ones
@@ -169,10 +170,12 @@ GrooveEnd end_put_down_at(const MeshDraft& draft, const TemplateStroke& stroke, 
   return nearest;
 }
 
-// The end on the way of a blade that was put down behind it, or beside it.
-GrooveEnd end_on_way(const MeshDraft& draft, const BladeSweep& sweep, const RestBlade& blade, const Grooves& grooves,
-                     const TemplateSettings& settings) {
+// The end on the way of a blade that was put down behind it, or beside it. The way of a blade in a groove leads on to
+// the end of the groove.
+GrooveEnd end_on_way(const MeshDraft& draft, const TemplateStroke& stroke, const BladeSweep& sweep,
+                     const RestBlade& blade, const Grooves& grooves, const TemplateSettings& settings) {
   double within_m = settings.join_tolerance_m;
+  const double way_m = sweep.length_m() + (stroke.begins_at_wall ? kGrooveAhead * settings.join_tolerance_m : 0);
   GrooveEnd nearest;
   for (const CutFront& f : grooves.fronts) {
     if (!still_there(draft, f)) continue;
@@ -180,8 +183,8 @@ GrooveEnd end_on_way(const MeshDraft& draft, const BladeSweep& sweep, const Rest
     for (const VertexId v : {f.top, f.bottom}) {
       const Vec3 x = draft.rest(v);
       const double ahead_m = sweep.in_plane(x).x() - sweep.tip_first().x();
-      const bool is_passed = ahead_m >= 0 && ahead_m <= sweep.length_m();
-      distance_m = std::max(distance_m, std::hypot(sweep.side(x), is_passed ? 0 : ahead_m));
+      const bool is_on_way = ahead_m >= 0 && ahead_m <= way_m;
+      distance_m = std::max(distance_m, std::hypot(sweep.side(x), is_on_way ? 0 : ahead_m));
       const Vec3 from_tip = x - blade.tip_body_m;
       from_blade_m = std::max(from_blade_m, (from_tip - from_tip.dot(blade.up_body) * blade.up_body).norm());
       most_ahead_m = std::max(most_ahead_m, ahead_m);
@@ -202,8 +205,10 @@ bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBl
   GrooveEnd end;
   if (sweep.length_m() < settings.join_tolerance_m)
     end = end_put_down_at(draft, stroke, blade, grooves, settings.join_tolerance_m);
-  if (!end.front && sweep.length_m() >= settings.min_step_m) end = end_on_way(draft, sweep, blade, grooves, settings);
-  if (!end.front) return true;
+  if (!end.front && sweep.length_m() >= settings.min_step_m)
+    end = end_on_way(draft, stroke, sweep, blade, grooves, settings);
+  // In a groove, the first bit of a way doesn't tell yet whether it leads to the end, or through a wall.
+  if (!end.front) return !stroke.begins_at_wall || sweep.length_m() >= settings.join_tolerance_m;
   if (!end.is_reached) return false;
   stroke.fronts = {*end.front};
   stroke.at_front = along(draft, *end.front);
