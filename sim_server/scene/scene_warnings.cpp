@@ -104,6 +104,7 @@ std::vector<Piece> pieces_of(const BodySpec& body) {
     }
   });
   std::vector<Piece> all;
+  all.reserve(pieces.size());
   for (const auto& [v, piece] : pieces) all.push_back(piece);
   return all;
 }
