@@ -123,8 +123,8 @@ class GridSurface {
   }
   Vec3 corner(std::size_t n) const {
     const auto i = static_cast<std::int64_t>(n);
-    const Vec3 at(static_cast<double>(i % count_[0]), static_cast<double>(i / count_[0] % count_[1]),
-                  static_cast<double>(i / count_[0] / count_[1]));
+    const std::int64_t row = i / count_[0], layer = row / count_[1];
+    const Vec3 at(static_cast<double>(i % count_[0]), static_cast<double>(row % count_[1]), static_cast<double>(layer));
     return origin_ + cell_m_ * at;
   }
   bool inside(std::size_t n) const { return level_[n] > 0; }

@@ -56,9 +56,9 @@ std::array<double, 4> FrontRollback::weights(const Piece& piece, const Vec3& at)
 // Empty where the front had changed nothing.
 std::vector<FrontRollback::Piece> FrontRollback::pieces_of(std::uint32_t origin) const {
   std::vector<Piece> pieces;
-  for (const auto& [whole, k] :
-       std::ranges::equal_range(piece_of_, origin, {}, [](const auto& p) { return p.first; })) {
-    const TetEdit& e = before_.tetrahedra[k];
+  const auto first = std::ranges::lower_bound(piece_of_, origin, {}, [](const auto& p) { return p.first; });
+  for (auto of_origin = first; of_origin != piece_of_.end() && of_origin->first == origin; ++of_origin) {
+    const TetEdit& e = before_.tetrahedra[of_origin->second];
     Piece piece{e.id, {}};
     for (std::size_t i = 0; i < 4; ++i) piece.corner[i] = corner_.find(e.after[i]);
     pieces.push_back(piece);

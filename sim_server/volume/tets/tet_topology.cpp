@@ -187,8 +187,9 @@ TetChange TetTopology::collapse_change(VertexId v, VertexId onto) const {
     change.tetrahedra.push_back({t, before, after, t});
   }
   std::ranges::sort(change.tetrahedra, {}, &TetEdit::id);
-  const auto twice = std::ranges::unique(change.tetrahedra, {}, &TetEdit::id);
-  change.tetrahedra.erase(twice.begin(), twice.end());
+  const auto is_same = [](const TetEdit& a, const TetEdit& b) { return a.id == b.id; };
+  change.tetrahedra.erase(std::unique(change.tetrahedra.begin(), change.tetrahedra.end(), is_same),
+                          change.tetrahedra.end());
   return change;
 }
 
