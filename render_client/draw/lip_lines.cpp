@@ -11,11 +11,7 @@ namespace {
 constexpr float kLift_m = 0.00004f;  // above the skin
 constexpr float kSmooth = 0.9f;      // cosine between the normals of lips without an edge of the body between them
 
-using Edge = std::pair<VertexId, VertexId>;
-
-Edge sorted(VertexId a, VertexId b) {
-  return {std::min(a, b), std::max(a, b)};
-}
+using HalfEdge = std::pair<VertexId, VertexId>;
 
 }  // namespace
 
@@ -24,16 +20,16 @@ void LipLines::arrange(const BodyFrame& body) {
   at_lips_.clear();
   vertices_.clear();
   indices_.clear();
-  std::vector<Edge> of_walls;
+  std::vector<HalfEdge> beside_walls;  // edges of walls, seen from their other side
   std::vector<std::uint8_t> on_wall(body.rest_body_m.size(), 0);
   for (const Triangle& t : body.triangles) {
     if (!t.alive() || t.surface != Surface::wall) continue;
     for (std::size_t i = 0; i < 3; ++i) {
-      of_walls.push_back(sorted(t.v[i], t.v[(i + 1) % 3]));
+      beside_walls.emplace_back(t.v[(i + 1) % 3], t.v[i]);
       on_wall[t.v[i]] = 1;
     }
   }
-  std::sort(of_walls.begin(), of_walls.end());
+  std::sort(beside_walls.begin(), beside_walls.end());
   std::vector<std::uint32_t> place(body.rest_body_m.size(), kNone);
   const auto place_of = [&](VertexId v) {
     if (place[v] == kNone) {
@@ -46,7 +42,8 @@ void LipLines::arrange(const BodyFrame& body) {
     if (!t.alive() || t.surface != Surface::skin) continue;
     for (std::size_t i = 0; i < 3; ++i) {
       const VertexId a = t.v[i], b = t.v[(i + 1) % 3];
-      if (!on_wall[a] || !on_wall[b] || !std::binary_search(of_walls.begin(), of_walls.end(), sorted(a, b))) continue;
+      if (!on_wall[a] || !on_wall[b]) continue;
+      if (!std::binary_search(beside_walls.begin(), beside_walls.end(), HalfEdge(a, b))) continue;
       lips_.push_back({place_of(a), place_of(b), t.v[(i + 2) % 3]});
       const auto first = static_cast<std::uint32_t>(vertices_.size());
       for (const std::uint32_t corner : {0, 1, 2, 0, 2, 3}) indices_.push_back(first + corner);

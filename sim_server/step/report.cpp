@@ -16,7 +16,8 @@ void report_bodies(const SimulatedWorld& world, StepReport& out) {
     const DeformationEngine& deformation = *body->engines.deformation;
     out.stability_margin = std::min(out.stability_margin, deformation.largest_stable_step_s() / world.scene.step_s);
     const IntegratorDiagnostics d = deformation.diagnostics();
-    out.drivers[body->id] = {d.added_mass_fraction, std::isfinite(d.residual) ? d.residual : 0, d.steps_not_met};
+    out.drivers[body->id] = {d.added_mass_fraction, std::isfinite(d.residual) ? d.residual : 0, d.steps_not_met,
+                             world.checks[body->id].largest_speed_m_per_s()};
     out.added_mass_fraction = std::max(out.added_mass_fraction, d.added_mass_fraction);
   }
   out.checks.clear();
@@ -24,7 +25,6 @@ void report_bodies(const SimulatedWorld& world, StepReport& out) {
   for (const ModelCheck& check : world.checks) {
     out.checks.push_back(check.value());
     out.processor_s.push_back(check.processor_s());
-    out.drivers[out.checks.size() - 1].largest_speed_m_per_s = check.largest_speed_m_per_s();
   }
 }
 

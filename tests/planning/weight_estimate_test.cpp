@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/planning/body_loads.h"
@@ -14,6 +13,7 @@
 #include "sim_server/simulation.h"
 #include "tests/planning/planned_bodies.h"
 #include "tests/support/calibration.h"
+#include "tests/support/environment.h"
 #include "tests/support/random.h"
 
 namespace sectio::test {
@@ -158,12 +158,8 @@ Weighed random_body(test::Random& random, int number) {
 
 // SECTIO_SEED and SECTIO_BODIES: others, and more.
 TEST(EstimateOfWeight, of_nine_random_bodies_at_least_seven_are_within_a_factor_of_two) {
-  const auto given = [](const char* name, int usual) {
-    const char* text = std::getenv(name);
-    return text ? std::atoi(text) : usual;
-  };
-  test::Random random(static_cast<unsigned>(given("SECTIO_SEED", 20261125)));
-  const int bodies = given("SECTIO_BODIES", 9);
+  test::Random random(test::number_from("SECTIO_SEED", 20261125));
+  const int bodies = static_cast<int>(test::number_from("SECTIO_BODIES", 9));
   int within = 0;
   for (int n = 0; n < bodies; ++n) {
     const double ratio = ratio_of(random_body(random, n));

@@ -17,8 +17,8 @@ namespace {
 
 // The bound of shape_quality() where twenty sheets cross in 320 tetrahedra. Each crossing may leave 0.05 of an edge: of
 // 8 000 cuts, with seeds moved by 0 to 7000, all but one leave 2.5e-5 or more, and that one 4e-7.
-constexpr double kLeastQuality = 1e-7;
-constexpr double kSameVolume = 2e-4;  // after all collapses, of the whole
+const double kLeastQuality = test::bound(5e-5, 1e-7);
+const double kSameVolume = test::bound(1e-4, 2e-4);  // after all collapses, of the whole
 
 double worst_quality(const TetTopology& volume) {
   double worst = 1;
@@ -73,7 +73,7 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
   const VolumeMaterial material;
   std::optional<TetSolid> solid;
   if (GetParam() % 10 == 0) solid.emplace(mesh, material, VolumeSettings());
-  std::size_t collapsed = 0;
+  int risen = 0;  // rises of the worst quality, with a cut's short edges
   for (int n = 0; n < 20; ++n) {
     const Vec3 at = Vec3::Constant(0.04) + 0.035 * vector(), normal = vector().normalized();
     const double size = n % 4 == 0 ? 1 : 0.005 + 0.03 * std::abs(uniform(random));
@@ -97,7 +97,7 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
     const double worst = worst_quality(volume);
     const std::vector<TetChange> collapses = collapse_all(volume, settings.collapse_ratio);
     ASSERT_GE(worst_quality(volume), std::max(worst, kLeastQuality)) << n;
-    collapsed += collapses.size();
+    risen += worst_quality(volume) > 1.1 * worst;
     if (!collapses.empty()) {
       const TetReport thinned = check(volume.mesh());
       ASSERT_TRUE(thinned.conforming) << "after cut " << n << ": " << thinned.first_defect;
@@ -108,7 +108,7 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
     solid->change(change);
     for (const TetChange& collapse : collapses) solid->change(collapse);
   }
-  EXPECT_GT(collapsed, 0u);
+  EXPECT_GT(risen, test::bound(1, -1)) << "the worst are not those that collapse";
   if (!solid) return;
   EXPECT_LT(step_over_limit(volume, *solid, material, VolumeSettings().step_s / solid->substeps()), 2);
 }

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "common/math/trace.h"
+#include "tests/support/environment.h"
 #include "tests/support/process.h"
 #include "tests/support/random.h"
 #include "tests/support/shapes.h"
@@ -243,11 +243,6 @@ tools:
         << " mm deep, " << 1e3 * speed_m_per_s << " mm/s\n"
         << deforms;
   return words.str();
-}
-
-std::uint64_t number_from(const char* variable, std::uint64_t usual) {
-  const char* text = std::getenv(variable);
-  return text ? std::strtoull(text, nullptr, 10) : usual;
 }
 
 void play(Tissue tissue) {

@@ -3,11 +3,11 @@
 // SECTIO_RANDOM_OPERATIONS says how many operations a model gets.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 
 #include "common/mesh/check.h"
 #include "tests/support/block_scene.h"
+#include "tests/support/environment.h"
 #include "tests/support/operation.h"
 #include "tests/support/random.h"
 
@@ -19,8 +19,7 @@ using test::Operation;
 constexpr double kTop_m = 0.03, kHalf_m = 0.03;
 
 int operations() {
-  const char* const wished = std::getenv("SECTIO_RANDOM_OPERATIONS");
-  return wished ? std::atoi(wished) : 2;
+  return static_cast<int>(test::number_from("SECTIO_RANDOM_OPERATIONS", 2));
 }
 
 Scene block_under(const std::string& model) {

@@ -3,15 +3,21 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdlib>
 #include <random>
+
+#include "tests/support/environment.h"
 
 namespace sectio::test {
 
 inline std::uint64_t seeds_moved_by() {
-  static const char* const given = std::getenv("SECTIO_TEST_SEED");
-  static const std::uint64_t by = given ? std::strtoull(given, nullptr, 10) : 0;
+  static const std::uint64_t by = number_from("SECTIO_TEST_SEED", 0);
   return by;
+}
+
+// The bound that a test with its own seed meets, or the one that others have met.
+template <typename T>
+T bound(T with_own_seed, T with_others) {
+  return seeds_moved_by() == 0 ? with_own_seed : with_others;
 }
 
 template <typename Engine>

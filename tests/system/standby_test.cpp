@@ -1,11 +1,11 @@
 // A standby follows the server of a session when that one dies, at any moment, and nobody notices more than a pause.
-#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 #include <thread>
 
 #include "common/dds/endpoints.h"
 #include "common/messages/epoch.h"
+#include "tests/support/environment.h"
 #include "tests/support/random.h"
 #include "tests/support/session_programs.h"
 
@@ -69,8 +69,7 @@ TEST_F(Standby, that_comes_late_begins_with_the_last_checkpoint_of_its_server) {
 
 // Kills the leader at random moments of the session: SECTIO_DEATHS of them, a few by default.
 TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends_as_if_nothing_had_happened) {
-  const char* wanted = std::getenv("SECTIO_DEATHS");
-  const int deaths = wanted ? std::atoi(wanted) : 3;
+  const int deaths = static_cast<int>(test::number_from("SECTIO_DEATHS", 3));
   const std::string expected = undisturbed_hash();
   test::Random random(static_cast<unsigned>(network.domain));
   int equal = 0, same_hash = 0, stood_down = 0, halted = 0;

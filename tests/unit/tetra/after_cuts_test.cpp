@@ -33,7 +33,8 @@ VolumeSettings standing(const TetMesh& mesh, double least_substep_s) {
   return settings;
 }
 
-// Checks that nothing is faster 0.2 s later than in free fall, and that the energy has not grown.
+// Checks that the body is at rest on its base 0.2 s later, that nothing is faster than in free fall, and that no energy
+// has come.
 template <class Model>
 void expect_alive(Model& model, const TetMesh& mesh) {
   std::vector<Vec4f> x(mesh.vertices_body_m.size(), Vec4f::Zero()), v = x;
@@ -43,6 +44,7 @@ void expect_alive(Model& model, const TetMesh& mesh) {
   EXPECT_EQ(model.first_bad_vertex(), kNone);
   for (const Vec4f& u : v) EXPECT_LT(u.head<3>().norm(), 9.81 * 0.2);
   EXPECT_LT(model.energy_j(x, v), begun_j);
+  EXPECT_LT(model.elastic_energy_j(x), test::bound(10, 15) * 1e-3 * 6000 * 0.1 * 0.1 * 0.1);
 }
 
 TEST(AfterCuts, the_solid_keeps_its_step_with_little_mass_added) {
@@ -59,7 +61,8 @@ TEST(AfterCuts, the_solid_keeps_its_step_with_little_mass_added) {
     EXPECT_LT(solid.diagnostics().added_mass_fraction, 0.2) << seed;
     expect_alive(solid, mesh);
   }
-  EXPECT_GE(kept, 5);  // the step is divided where two cuts leave more small elements than mass may help
+  EXPECT_GE(kept,
+            test::bound(6, 5));  // the step is divided where two cuts leave more small elements than mass may help
 }
 
 TEST(AfterCuts, springs_keep_their_step_too) {
