@@ -1,11 +1,12 @@
 #include "device_bridge/servo/servo_state.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace sectio {
 namespace {
 
-// Tissue returns at most the energy that it was given since the touch. If the hand receives kShaken_j more, the bounds
-// assume for kShaken_s that the hand adds no damping of its own.
-constexpr double kShaken_j = 3e-4, kShaken_s = 10;
+constexpr double kShaken_s = 10;  // for so long the bounds assume that a hand adds no damping of its own
 
 }  // namespace
 
@@ -33,10 +34,12 @@ ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const Contact
     record.state = used->state;
     record.server_silent = follower_.silent(now_s);
     record.moment_world_n_m = limited(used->lever_world_m.cross(record.force_world_n), device_.largest_moment_n_m);
-    // Seen from the tissue: one that breathes may push.
-    given_j_ += 0.5 * (last_force_n_ + record.force_world_n).dot(way_m - dt * used->velocity_world_m_per_s);
-    if (given_j_ > kShaken_j) is_shaken_until_s_ = now_s + kShaken_s;
-    if (given_j_ > kShaken_j || record.force_world_n.isZero()) given_j_ = 0;
+    const Vec3 beside_tissue_m = way_m - dt * used->velocity_world_m_per_s;  // tissue that breathes may push
+    const double stiffness_n_per_m = std::max(used->stiffness_n_per_m, used->side_stiffness_n_per_m);
+    const bool touches = used->state == ContactState::penetration || dent_of(*used, follower_.tip()).depth_m > 0;
+    if (gauge_.is_shaken({dt, beside_tissue_m, 0.5 * (last_force_n_ + record.force_world_n), touches,
+                          std::sqrt(stiffness_n_per_m / device_.mass_kg)}))
+      is_shaken_until_s_ = now_s + kShaken_s;
   }
   last_force_n_ = record.force_world_n;
   return record;

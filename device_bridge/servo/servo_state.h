@@ -6,6 +6,7 @@
 #include "common/math/types.h"
 #include "device_bridge/device/device.h"
 #include "device_bridge/servo/contact_model_follower.h"
+#include "device_bridge/servo/shake_gauge.h"
 
 namespace sectio {
 
@@ -49,7 +50,7 @@ class ServoState {
   double last_s_ = 0;
   Vec3 last_position_m_ = Vec3::Zero();
   Vec3 last_force_n_ = Vec3::Zero();
-  double given_j_ = 0;  // energy given to the hand since the touch
+  ShakeGauge gauge_;
   double is_shaken_until_s_ = 0;
 };
 

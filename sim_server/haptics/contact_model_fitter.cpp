@@ -85,8 +85,11 @@ void ContactModelFitter::meet(const ContactStep& step) {
 
 void ContactModelFitter::place(const ContactStep& step) {
   const double dt = step.sim_time_s - model_.sim_time_s;
-  model_.velocity_world_m_per_s += (surface_known_ ? low_pass_share(dt, kVelocityFilter_s) : 1) *
-                                   (step.surface_velocity_world_m_per_s - model_.velocity_world_m_per_s);
+  const bool in_tissue = step.state == ContactState::penetration;
+  const bool goes_on = surface_known_ && in_tissue == (model_.state == ContactState::penetration);
+  const Vec3& moves_m_per_s = in_tissue ? step.front.velocity_world_m_per_s : step.surface_velocity_world_m_per_s;
+  model_.velocity_world_m_per_s +=
+      (goes_on ? low_pass_share(dt, kVelocityFilter_s) : 1) * (moves_m_per_s - model_.velocity_world_m_per_s);
   surface_known_ = step.surface_known;
   model_.normal_world = step.normal_world;
   double gap_m = step.gap_m;

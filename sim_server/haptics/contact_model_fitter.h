@@ -11,8 +11,9 @@ namespace sectio {
 // The front of a cut that holds a blade.
 struct FeltFront {
   double stiffness_n_per_m = 0;
-  double strength_n = 0;             // it yields here; 0: nothing holds the blade
-  Vec3 ahead_world = Vec3::UnitX();  // unit: where the blade cuts
+  double strength_n = 0;                       // it yields here; 0: nothing holds the blade
+  Vec3 ahead_world = Vec3::UnitX();            // unit: where the blade cuts
+  Vec3 velocity_world_m_per_s = Vec3::Zero();  // it goes along with its body
 };
 
 // The tissue of one body where an instrument touches it, or would.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sectio {
 namespace {
@@ -13,6 +14,13 @@ constexpr double kNoEdge_m = 1e-7;  // a shorter one has no direction
 void CutResistance::release() {
   front_.release();
   force_n_.setZero();
+  frame_world_.reset();
+  frame_before_world_.reset();
+}
+
+void CutResistance::begin_step() {
+  force_n_.setZero();
+  frame_before_world_ = std::exchange(frame_world_, std::nullopt);
 }
 
 void CutResistance::meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, bool loose) {
@@ -21,8 +29,9 @@ void CutResistance::meet(Body& body, const InstrumentEdge& edge, const Pose& fra
   std::optional<Vec3> sharp_side = edge.sharp_side_world();
   if (sharp_side) sharp_side = frame_world.orientation.conjugate() * *sharp_side;
   front_.move(body.swept_tissue(), at_rest, sharp_side, body.spec.material.toughness_j_per_m2);
-  from_rest_ = frame_world.orientation;
-  force_n_ = edge.kind().drag * (from_rest_ * front_.force_n());
+  frame_world_ = frame_world;
+  middle_rest_m_ = at_rest.at(0.5);
+  force_n_ = edge.kind().drag * (frame_world.orientation * front_.force_n());
   work_j_ += front_.work_j();  // a cautery hook's current does what the hand does not
 }
 
@@ -35,8 +44,14 @@ void CutResistance::push_out(const Body& body, const InstrumentEdge& edge, const
   force_n_ = 2 * e_star_pa * half_length_m * std::max(0.0, sunk_m) * normal_world;
 }
 
-FeltFront CutResistance::front(const InstrumentKind& kind) const {
-  return {kind.drag * front_.stiffness_n_per_m(), kind.drag * front_.strength_n(), from_rest_ * front_.ahead()};
+FeltFront CutResistance::front(const InstrumentKind& kind, double step_s) const {
+  if (!frame_world_) return {};
+  FeltFront front{kind.drag * front_.stiffness_n_per_m(), kind.drag * front_.strength_n(),
+                  frame_world_->orientation * front_.ahead()};
+  if (frame_before_world_)
+    front.velocity_world_m_per_s =
+        (frame_world_->to_world(middle_rest_m_) - frame_before_world_->to_world(middle_rest_m_)) / step_s;
+  return front;
 }
 
 }  // namespace sectio

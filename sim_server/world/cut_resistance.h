@@ -2,6 +2,8 @@
 // (blade_front.h), or the surface that the edge has gone beneath pushes it out.
 #pragma once
 
+#include <optional>
+
 #include "sim_server/haptics/contact_model_fitter.h"
 #include "sim_server/world/blade_front.h"
 #include "sim_server/world/body.h"
@@ -14,7 +16,7 @@ class CutResistance {
   // Nothing resists any more.
   void release();
   // A step begins: no force until the edge is met.
-  void begin_step() { force_n_.setZero(); }
+  void begin_step();
   // The edge is here now, whether or not the mesh follows it. `frame_world`: of the body at rest around it. Loose: open
   // blades hold no tissue.
   void meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, bool loose);
@@ -23,16 +25,17 @@ class CutResistance {
 
   const Vec3& force_on_tool_n() const { return force_n_; }
   double work_j() const { return work_j_; }  // work by the hand against fronts so far
-  FeltFront front(const InstrumentKind& kind) const;
+  FeltFront front(const InstrumentKind& kind, double step_s) const;
 
   template <class A>
   void archive(A& a) {
-    a(front_, from_rest_, force_n_, work_j_);
+    a(front_, frame_world_, frame_before_world_, middle_rest_m_, force_n_, work_j_);
   }
 
  private:
   BladeFront front_;
-  Eigen::Quaterniond from_rest_ = Eigen::Quaterniond::Identity();  // rotation from rest to the world
+  std::optional<Pose> frame_world_, frame_before_world_;  // where the edge was met in this step, and in the last one
+  Vec3 middle_rest_m_ = Vec3::Zero();                     // of the edge
   Vec3 force_n_ = Vec3::Zero();
   double work_j_ = 0;
 };

@@ -53,7 +53,7 @@ ContactState EdgeContact::state() const {
 }
 
 FeltFront EdgeContact::front() const {
-  return phase_ == Phase::cutting ? stroke_.resistance().front(edge_.kind()) : FeltFront{};
+  return phase_ == Phase::cutting ? stroke_.resistance().front(edge_.kind(), step_s_) : FeltFront{};
 }
 
 bool EdgeContact::may_enter() const {

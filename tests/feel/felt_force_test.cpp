@@ -41,6 +41,34 @@ TEST(FeltForceOfStiffTissue, is_true_to_sixty_hertz) {
   }
 }
 
+// A slow hand receives some energy behind a delay. That is no reason to take its tissue for a third as stiff.
+TEST(FeltForceOfStiffTissue, stays_stiff_under_a_slow_hand_behind_a_delay) {
+  const auto felt =
+      felt_on_path(felt_block("neo_hookean_lattice", 3e5), pressing(0.001, kSines[1]), 2.7, {{0.05, 0.02}});
+  EXPECT_LT(error_of(felt[0], kSettled_s).whole, 0.05);
+}
+
+// It would be thrown out of the tissue again and again, if the bounds went on to count on its damping.
+TEST(FeltForceOfStiffTissue, does_not_throw_a_weak_hand_about) {
+  for (const WireSpec& wire : kWires) {
+    const auto felt = felt_in_loop(felt_block("neo_hookean_lattice", 3e5), holding(0.001), 3, wire, kWeakHand);
+    const FeltHold hold = hold_of(felt, 2);
+    EXPECT_LT(hold.ripple_n, 0.05) << wire.delay_s << " s";
+    EXPECT_LT(hold.power_w, 1e-4) << wire.delay_s << " s";
+  }
+}
+
+// The front of a cut goes along with its body, and not with the soft tissue that swings beside the blade.
+TEST_P(FeltForce, is_quiet_on_a_blade_that_is_held) {
+  for (const WireSpec& wire : kWires) {
+    const auto felt = felt_in_loop(blade_block(GetParam(), 1e3), cutting_and_holding(), 4, wire, kFirmHand);
+    const FeltHold hold = hold_of(felt, 2.5);
+    EXPECT_GT(felt.back().felt_n.norm(), 1) << "it does not hold the blade";
+    EXPECT_LT(hold.ripple_n, 0.002) << wire.delay_s << " s";
+    EXPECT_LT(hold.power_w, 1e-5) << wire.delay_s << " s";
+  }
+}
+
 // The plane is known before the touch.
 TEST_P(FeltForce, of_a_first_touch_is_not_late) {
   const auto felt = felt_on_path(block(6e3), tap(0.003, 0.05), 0.6, kWires);
