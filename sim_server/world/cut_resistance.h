@@ -34,8 +34,8 @@ class CutResistance {
 
  private:
   BladeFront front_;
-  std::optional<Pose> frame_world_, frame_before_world_;  // where the edge was met in this step, and in the last one
-  Vec3 middle_rest_m_ = Vec3::Zero();                     // of the edge
+  std::optional<Pose> frame_world_, frame_before_world_;  // the edge was met here in this step, and in the last one
+  Vec3 middle_rest_m_ = Vec3::Zero();                     // the edge's
   Vec3 force_n_ = Vec3::Zero();
   double work_j_ = 0;
 };
