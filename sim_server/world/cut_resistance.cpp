@@ -30,7 +30,7 @@ void CutResistance::meet(Body& body, const InstrumentEdge& edge, const Pose& fra
   if (sharp_side) sharp_side = frame_world.orientation.conjugate() * *sharp_side;
   front_.move(body.swept_tissue(), at_rest, sharp_side, body.spec.material.toughness_j_per_m2);
   frame_world_ = frame_world;
-  middle_rest_m_ = at_rest.at(0.5);
+  edge_middle_rest_m_ = at_rest.at(0.5);
   force_n_ = edge.kind().drag * (frame_world.orientation * front_.force_n());
   work_j_ += front_.work_j();  // a cautery hook's current does what the hand does not
 }
@@ -50,7 +50,7 @@ FeltFront CutResistance::front(const InstrumentKind& kind, double step_s) const 
                   frame_world_->orientation * front_.ahead()};
   if (frame_before_world_)
     front.velocity_world_m_per_s =
-        (frame_world_->to_world(middle_rest_m_) - frame_before_world_->to_world(middle_rest_m_)) / step_s;
+        (frame_world_->to_world(edge_middle_rest_m_) - frame_before_world_->to_world(edge_middle_rest_m_)) / step_s;
   return front;
 }
 

@@ -29,13 +29,13 @@ class CutResistance {
 
   template <class A>
   void archive(A& a) {
-    a(front_, frame_world_, frame_before_world_, middle_rest_m_, force_n_, work_j_);
+    a(front_, frame_world_, frame_before_world_, edge_middle_rest_m_, force_n_, work_j_);
   }
 
  private:
   BladeFront front_;
   std::optional<Pose> frame_world_, frame_before_world_;  // the edge was met here in this step, and in the last one
-  Vec3 middle_rest_m_ = Vec3::Zero();                     // the edge's
+  Vec3 edge_middle_rest_m_ = Vec3::Zero();
   Vec3 force_n_ = Vec3::Zero();
   double work_j_ = 0;
 };
