@@ -44,6 +44,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
   tidy(world, context);
   split(world, context);
   indent(world, context);
+  spare(world, context);
   meet(world, context);
   deform(world, context);
   watch(world, context);

@@ -53,7 +53,7 @@ void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
   std::map<std::uint32_t, std::vector<NodeChange>> changes;  // by body
   for (const VertexImpulse& load : sleeping.resting_loads) {
     const Body& support = *bodies[load.body];
-    if (support.frozen || support.asleep() || load.vertex >= support.mesh.vertex_slots() ||
+    if (support.stands_still() || load.vertex >= support.mesh.vertex_slots() ||
         !support.mesh.vertex_alive(load.vertex))
       continue;
     const DeformationEngine& deformation = *support.engines.deformation;
@@ -67,14 +67,14 @@ void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
   for (const auto& [b, of_body] : changes) bodies[b]->nudge(of_body);
 }
 
-// A sleeping body can't be moved; it wakes when another bumps into it.
+// A body that sleeps or is spared can't be moved; a sleeping one wakes when another bumps into it.
 void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>& contacts) {
   const std::size_t from = contacts.size();
   find_body_contacts({body.view(), body.tree()}, {other.view(), other.tree()}, reach_m, contacts);
   for (std::size_t i = from; i < contacts.size(); ++i) {
     BodyContact& c = contacts[i];
-    if (!other.asleep()) return;
-    if (-body.velocity_at(c.one.v, c.one.weights, c.point_world_m).dot(c.normal_world) > kWaking_m_per_s)
+    if (!other.asleep() && !other.spared) return;
+    if (other.asleep() && -body.velocity_at(c.one.v, c.one.weights, c.point_world_m).dot(c.normal_world) > kWaking_m_per_s)
       other.wake();
     else
       c.other.body = kImmovable;

@@ -54,8 +54,7 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
   say_whose(first_wall, wall_source(world));
   reactions.assign(constraints.size(), {});
   if (step.disturbed && body.deforms()) body.wake();  // another wakes when it is pressed or held
-  const bool spared = context.input.spare_idle_bodies && !step.disturbed && body.deforms();
-  if (!spared) body.deform(constraints, reactions, world.scene.step_s);
+  if (!body.spared) body.deform(constraints, reactions, world.scene.step_s);
   make_finite(reactions);
   for (std::size_t i = 0; i < first_wall; ++i) step.work_j += reactions[i].work_j;
   world.contact_work_j += step.work_j;
@@ -72,7 +71,7 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
 void even_out(SimulatedWorld& world, const StepContext& context) {
   std::map<std::uint32_t, Vec3> missing_n_s;
   for (const Meeting& meeting : context.meetings) {
-    const auto moves = [&](std::uint32_t b) { return !world.bodies[b]->frozen && !world.bodies[b]->asleep(); };
+    const auto moves = [&](std::uint32_t b) { return !world.bodies[b]->stands_still(); };
     if (!std::ranges::all_of(meeting.bodies, moves)) continue;
     for (const std::uint32_t b : meeting.bodies)
       if (!world.bodies[b]->spec.fixed)

@@ -80,6 +80,7 @@ void cut(SimulatedWorld& world, StepContext& context);           // engines plan
 void tidy(SimulatedWorld& world, StepContext& context);          // slivers are mended, away from instruments
 void split(SimulatedWorld& world, StepContext& context);         // parts that came off become bodies
 void indent(SimulatedWorld& world, StepContext& context);        // temporary elements follow instruments that press
+void spare(SimulatedWorld& world, StepContext& context);         // a late session leaves idle bodies as they are
 void meet(SimulatedWorld& world, StepContext& context);          // bodies that deform press against each other
 void deform(SimulatedWorld& world, StepContext& context);        // bodies move
 void watch(SimulatedWorld& world, StepContext& context);         // bodies fall asleep, freeze, and check their models

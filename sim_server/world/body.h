@@ -90,6 +90,7 @@ class Body {
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
   // The body rests, and is not moved until it is woken.
   bool asleep() const { return asleep_ || engines.deformation->asleep(); }
+  bool stands_still() const { return frozen || spared || asleep(); }
   void wake();
   // Called after deform() when nothing touches the body, which falls asleep when it has come to rest.
   void watch_rest(const Scene& scene);
@@ -118,6 +119,7 @@ class Body {
   std::vector<VertexImpulse> resting_loads;  // a sleeping piece gives these to the bodies below it in each step
   std::uint32_t parts_made = 0;  // parts that came off: the n-th one of `liver` is `liver.n`, whatever else there is
   bool frozen = false;           // it stays as it was (recovery.h), and can't be cut
+  bool spared = false;           // its time stands still in this step: the session is behind its clock
 
  private:
   void begin(EngineSite site);

@@ -175,6 +175,24 @@ TEST(RigidPieces, on_a_slope_of_tissue_one_slides_by_friction_or_sticks_and_slee
   EXPECT_LT(world.block().pose_world().position_m.x(), 0.058 + 0.008);
 }
 
+// A bed whose time stands still can't push back, and was pushed down by what lay on it, by millimetres.
+TEST(RigidPieces, one_stays_where_it_lies_while_its_bed_is_spared) {
+  BlockOverBed world;
+  for (int i = 0; i < 600; ++i) world.step();
+  const double height_m = world.block().pose_world().position_m.z();
+  const auto was = world.bodies[0]->particles.position_world_m;
+  world.bodies[0]->spared = true;
+  for (int i = 0; i < 400; ++i) {
+    world.bodies[1]->deform({}, {}, world.scene.step_s);
+    collide_bodies(world.bodies, {}, world.scene);
+  }
+  EXPECT_NEAR(world.block().pose_world().position_m.z(), height_m, 2e-4);
+  EXPECT_EQ(world.bodies[0]->particles.position_world_m, was);
+  world.bodies[0]->spared = false;
+  for (int i = 0; i < 200; ++i) world.step();
+  EXPECT_NEAR(world.block().pose_world().position_m.z(), height_m, 2e-4);
+}
+
 // Three points of the block, held where they are and then taken along.
 struct Held {
   explicit Held(BlockOverBed& w, double force_n = 1) : world(w) {
