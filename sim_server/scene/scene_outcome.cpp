@@ -80,8 +80,7 @@ std::string target_in_words(const Expectation& expectation) {
 std::vector<std::string> task_in_words(const std::string& task, std::span<const Expectation> expectations) {
   std::vector<std::string> lines;
   if (!task.empty()) lines.push_back(task);
-  for (const Expectation& e : expectations)
-    if (e.measure->of_exercise) lines.push_back(target_in_words(e));
+  for (const Expectation& e : expectations) lines.push_back(target_in_words(e));
   return lines;
 }
 

@@ -192,12 +192,12 @@ std::vector<std::string> Recorder::take_faults() {
 
 std::vector<std::string> Recorder::score_lines() const {
   if (!state_->score) return {"this scene has no exercise: nothing is scored"};
-  const Score score = state_->score->finish();
-  std::vector<std::string> lines = to_lines(score);
-  Outcome outcome;
-  add_score(score, outcome);
+  RunFigures so_far = state_->figures;
+  so_far.score = state_->score->finish();
+  so_far.overlaps = state_->simulation.overlaps();
+  std::vector<std::string> lines = to_lines(*so_far.score);
+  const Outcome outcome = state_->outcome.finish(so_far);
   for (const Expectation& e : state_->scene.expect) {
-    if (!e.measure->of_exercise) continue;
     const double got = outcome.*e.measure->value;
     lines.push_back((e.range.contains(got) ? "reached                 " : "missed                  ") +
                     target_in_words(e) + ": " + value_in_words(*e.measure, got));

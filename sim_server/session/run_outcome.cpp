@@ -55,8 +55,7 @@ double cut_m_of(const TriangleMesh& mesh) {
   return 0.5 * lips_m;
 }
 
-}  // namespace
-
+// The numbers of an exercise.
 void add_score(const Score& score, Outcome& outcome) {
   if (score.marked_m3 > 0) {
     outcome.marked_removed_fraction = score.marked_removed_m3 / score.marked_m3;
@@ -69,6 +68,8 @@ void add_score(const Score& score, Outcome& outcome) {
   outcome.line_deviation_m = score.line->deviation_m;
   outcome.line_depth_m = score.line->depth_m;
 }
+
+}  // namespace
 
 RunOutcome::RunOutcome(const Simulation& simulation) : simulation_(simulation) {
   for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {

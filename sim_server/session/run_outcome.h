@@ -9,9 +9,6 @@
 
 namespace sectio {
 
-// The numbers of an exercise.
-void add_score(const Score& score, Outcome& outcome);
-
 class RunOutcome {
  public:
   // Before the first step. The simulation must outlive this.

@@ -53,8 +53,7 @@ void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
   std::map<std::uint32_t, std::vector<NodeChange>> changes;  // by body
   for (const VertexImpulse& load : sleeping.resting_loads) {
     const Body& support = *bodies[load.body];
-    if (support.stands_still() || load.vertex >= support.mesh.vertex_slots() ||
-        !support.mesh.vertex_alive(load.vertex))
+    if (support.stands_still() || load.vertex >= support.mesh.vertex_slots() || !support.mesh.vertex_alive(load.vertex))
       continue;
     const DeformationEngine& deformation = *support.engines.deformation;
     deformation.nodes_of(load.vertex, nodes);
@@ -74,7 +73,8 @@ void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>
   for (std::size_t i = from; i < contacts.size(); ++i) {
     BodyContact& c = contacts[i];
     if (!other.asleep() && !other.spared) return;
-    if (other.asleep() && -body.velocity_at(c.one.v, c.one.weights, c.point_world_m).dot(c.normal_world) > kWaking_m_per_s)
+    if (other.asleep() &&
+        -body.velocity_at(c.one.v, c.one.weights, c.point_world_m).dot(c.normal_world) > kWaking_m_per_s)
       other.wake();
     else
       c.other.body = kImmovable;

@@ -34,7 +34,8 @@ constexpr double kHeld = 1e-6;  // a held point moves by less than this share of
 bool moves(const Body& body) {
   return body.deforms() && !body.stands_still();
 }
-// A body that stands still is a wall for those that move. Organs that the scene places within each other are as good as one.
+// A body that stands still is a wall for those that move. Organs that the scene places within each other are as good as
+// one.
 bool may_meet(const SimulatedWorld& world, const Body& one, const Body& other) {
   return one.deforms() && other.deforms() && (moves(one) || moves(other)) && !world.are_nested(one, other);
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -69,6 +70,26 @@ TEST(Verdict, what_the_scene_expects_counts_once_the_run_was_whole) {
   figures.outcome.refusals = NAN;
   EXPECT_EQ(reasons_against(figures, scene, simulation),
             std::vector<std::string>{"refusals: expected at most 2, got nan"});
+}
+
+// A vessel that is marked all along its line and still whole isn't divided.
+TEST(Verdict, a_score_judges_all_that_the_scene_expects) {
+  Scene scene = test::organ_scene();
+  scene.exercise.emplace();
+  for (const Measure& m : measures())
+    if (m.key == "pieces_freed" || m.key == "healthy_lost_ml") scene.expect.push_back({&m, at_least(0)});
+  scene.expect.front().range = between(1, 1);
+  Simulation simulation(scene);
+  Recorder record(scene, simulation, "");
+  record.add(simulation.step({}), 0);
+  const auto lines = record.score_lines();
+  const auto says = [&](const char* start, const char* target) {
+    return std::ranges::any_of(
+        lines, [&](const std::string& l) { return l.starts_with(start) && l.find(target) != std::string::npos; });
+  };
+  EXPECT_TRUE(says("missed", "pieces freed 1: 0"));
+  EXPECT_TRUE(says("reached", "healthy lost"));
+  EXPECT_EQ(task_in_words("", scene.expect).size(), 2u);
 }
 
 TEST(Verdict, the_report_says_ok) {
