@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/core/log.h"
+#include "common/core/wall_time.h"
 #include "common/dds/endpoint.h"
 #include "common/messages/epoch_owners.h"
 #include "common/messages/inputs.h"
@@ -58,6 +59,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
     else
       return std::get<Reader<Message>>(now_->readers).take();
   }
+  ProgramId id() const { return now_->participant.id(); }
   // The program that wrote the last message of this kind.
   template <class Message>
   const ProgramId& sender() const {
@@ -149,7 +151,8 @@ class Endpoints<Reads<R...>, Writes<W...>> {
       if constexpr (std::is_same_v<Message, SceneInfo>)
         with_owners([&] { owners_.announce(message->epoch, reader.sender()); });
       if (owns(message->epoch, reader.sender())) return message;
-      if (with_owners([&] { return owners_.knows(message->epoch); }) && !is_own(reader.sender()))
+      const auto is_impostor = [&] { return owners_.belongs_to_another(message->epoch, reader.sender()); };
+      if (with_owners(is_impostor) && !is_own(reader.sender()))
         log_limited(
             LogLevel::warning, "impostor",
             std::string("a program that didn't begin the session speaks in its server's name, and is not heard: ") +
@@ -191,7 +194,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   std::optional<ProgramId> former_id_;
   std::uint64_t damaged_before_ = 0;
   std::mutex owners_mutex_;
-  EpochOwners owners_{[this](const ProgramId& program) { return now_->participant.is_there(program); }};
+  EpochOwners owners_{[this](const ProgramId& program) { return now_->participant.is_there(program); }, steady_now_s};
   std::tuple<Waiting<SceneInfo>, Waiting<SessionEnd>> waiting_;
   std::optional<std::vector<std::string>> channels_;
 };

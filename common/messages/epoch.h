@@ -1,31 +1,45 @@
 // The epoch of a server: the name of its session times 2^20, plus the term.
 //
-// The name is the second in which the session began, modulo 2^27, times 2^16, plus a random number, so that servers
-// that start in one moment differ. Each server that takes the session over, after a fault or in place of another,
+// The name is the second in which the session began, modulo 2^27, times 2^16, plus a hash of that and of the program that
+// began it. So servers that start in one moment differ, and whoever comes later can tell the program that began a
+// session from one that speaks in its name. Each server that takes the session over, after a fault or in place of another,
 // counts the term up by one: of two servers with one name the one with the later term holds the session, and the other
 // is a ghost. A session that is begun anew, or a record that is shown from another moment, has another term, too: there
 // are enough for 200 000 of these.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <random>
 
-#include "common/core/unique_id.h"
 #include "common/core/wall_time.h"
+#include "common/math/hash.h"
 
 namespace sectio {
+
+// A program on the wire: the prefix of the identities (GUID) of all its writers.
+using ProgramId = std::array<std::uint8_t, 12>;
 
 constexpr unsigned kTermBits = 20;
 
 constexpr std::uint64_t first_epoch(std::uint64_t name_of_session) {
   return name_of_session << kTermBits;
 }
-inline std::uint64_t new_epoch() {
-  const std::uint64_t second = microseconds_since_1970() / 1'000'000 % (1u << 27);
-  return first_epoch(second << 16 | unique_id(16));
+constexpr std::uint64_t name_begun_by(const ProgramId& program, std::uint64_t second) {
+  std::uint64_t hash = second;
+  for (const std::uint8_t byte : program) hash = hash_combine(hash, std::uint64_t{byte});
+  return second << 16 | hash >> 48;
+}
+inline std::uint64_t new_epoch(const ProgramId& own) {
+  return first_epoch(name_begun_by(own, microseconds_since_1970() / 1'000'000 % (1u << 27)));
 }
 constexpr std::uint64_t name_of_session(std::uint64_t epoch) {
   return epoch >> kTermBits;
+}
+// The program began the session, as one in 65 536 others might have.
+constexpr bool has_begun(const ProgramId& program, std::uint64_t epoch) {
+  const std::uint64_t name = name_of_session(epoch);
+  return name == name_begun_by(program, name >> 16);
 }
 constexpr bool same_session(std::uint64_t epoch, std::uint64_t other) {
   return name_of_session(epoch) == name_of_session(other);

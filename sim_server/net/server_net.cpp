@@ -139,10 +139,11 @@ std::vector<ContactModel> felt(std::vector<ContactModel> contacts, std::uint32_t
 
 // The part that the simulation's thread uses.
 struct ServerNet::State {
-  State(const ServerNetOptions& o, const SceneInfo& scene, std::vector<TriangleMesh> meshes)
+  // A standby has no epoch; a session that begins has one that is named for its program.
+  State(const ServerNetOptions& o, SceneInfo scene, std::vector<TriangleMesh> meshes)
       : options(o),
-        epoch(scene.epoch),
         endpoints(options.network, kServerName),
+        epoch(scene.epoch = o.epoch == 0 && !o.standby ? new_epoch(endpoints.id()) : o.epoch),
         others(endpoints, scene),
         follower(endpoints),
         intake(endpoints, scene.tools.size(), options.fastest_m_per_s),
@@ -180,8 +181,8 @@ struct ServerNet::State {
   }
 
   ServerNetOptions options;
-  std::uint64_t epoch;
   ServerEndpoints endpoints;
+  std::uint64_t epoch;
   OtherServers others;
   Follower follower;
   Intake intake;
@@ -193,8 +194,6 @@ struct ServerNet::State {
 };
 
 ServerNet::ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes) {
-  const bool begins = options.epoch == 0 && !options.standby;
-  scene.epoch = begins ? new_epoch() : options.epoch;
   if (scene.world_bodies.empty())
     for (const BodyInfo& body : scene.bodies) scene.world_bodies.push_back(body.name);
   const std::size_t count = meshes.size();

@@ -66,6 +66,21 @@ class Hostile {
     }
   }
 
+  // Scene and end of our server with another body, for all who come later.
+  void scene_for_latecomers() {
+    Writer<SceneInfo> scenes(participant_);
+    Writer<SessionEnd> ends(participant_);
+    meet(scenes);
+    SceneInfo scene = scene_;
+    scene.bodies.push_back({"another"});
+    scene.world_bodies.push_back("another");
+    write(scenes, scene);
+    write(ends, SessionEnd{scene_.epoch, header_.step, "over", std::vector<BodyVersion>(scene.bodies.size())});
+    std::puts("it stays");
+    std::fflush(stdout);
+    wait(60);
+  }
+
   void session_end() {
     Writer<SessionEnd> out(participant_);
     meet(out);
@@ -183,11 +198,14 @@ class Hostile {
 };
 
 int attack(const std::string& name, const NetworkOptions& network) {
-  const std::map<std::string, void (Hostile::*)()> attacks{
-      {"tool_packets", &Hostile::tool_packets},      {"scenes", &Hostile::scenes},
-      {"session_end", &Hostile::session_end},        {"state_headers", &Hostile::state_headers},
-      {"contact_models", &Hostile::contact_models},  {"large_messages", &Hostile::large_messages},
-      {"damaged_packets", &Hostile::damaged_packets}};
+  const std::map<std::string, void (Hostile::*)()> attacks{{"tool_packets", &Hostile::tool_packets},
+                                                           {"scenes", &Hostile::scenes},
+                                                           {"scene_for_latecomers", &Hostile::scene_for_latecomers},
+                                                           {"session_end", &Hostile::session_end},
+                                                           {"state_headers", &Hostile::state_headers},
+                                                           {"contact_models", &Hostile::contact_models},
+                                                           {"large_messages", &Hostile::large_messages},
+                                                           {"damaged_packets", &Hostile::damaged_packets}};
   const auto known = attacks.find(name);
   if (known == attacks.end()) throw std::runtime_error("no such attack: " + name);
   Hostile hostile(network);

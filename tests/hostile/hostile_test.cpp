@@ -46,6 +46,8 @@ class Hostile : public SessionPrograms, public testing::WithParamInterface<const
   }
 };
 
+class HostileToLatecomers : public SessionPrograms {};
+
 TEST_P(Hostile, a_session_goes_on_as_if_nobody_had_spoken) {
   auto sim = server({"--steps", "6000", "--export", file("out")});
   auto screen = viewer("screen", {"--no-pictures"});
@@ -78,6 +80,21 @@ TEST_P(Hostile, a_session_goes_on_as_if_nobody_had_spoken) {
   EXPECT_LT(most_n, 9.5) << "the tissue alone pushes with less";
   const auto silent = std::count_if(felt.begin(), felt.end(), [](const Tick& tick) { return tick.silent; });
   EXPECT_LT(silent, static_cast<long>(felt.size() / 10)) << "the hand was not lost";
+}
+
+// They hear the server's scene and the stranger's at once, in any order.
+TEST_F(HostileToLatecomers, those_who_come_late_hear_the_server) {
+  auto sim = server({"--steps", "8000"});
+  const auto there = viewer("there", {"--no-pictures"});
+  const auto hand = bridge();
+  ASSERT_TRUE(sim->wait_for(" 1.00 s simulated")) << sim->output();
+  const auto hostile = program("hostile", {"scene_for_latecomers", network.session, std::to_string(network.domain)});
+  ASSERT_TRUE(hostile->wait_for("it stays")) << hostile->output();
+  std::vector<std::unique_ptr<Process>> late;
+  for (const char* name : {"a", "b", "c", "d"}) late.push_back(viewer(name, {"--no-pictures"}));
+  expect_equal_at_the_end(*there);
+  for (const auto& viewer : late) expect_equal_at_the_end(*viewer);
+  EXPECT_EQ(sim->exit_code(), 0) << sim->output();
 }
 
 INSTANTIATE_TEST_SUITE_P(Attacks, Hostile,

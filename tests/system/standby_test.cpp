@@ -29,7 +29,7 @@ class Standby : public test::SessionPrograms {
 // A scene whose server says nothing more.
 SceneInfo mute_scene(const std::string& session) {
   SceneInfo scene;
-  scene.epoch = new_epoch();
+  scene.epoch = new_epoch({7});
   scene.session = session;
   scene.world_bodies = {"liver"};
   scene.bodies = {{"liver"}};
