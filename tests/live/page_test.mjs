@@ -41,6 +41,29 @@ try {
     await phone.close();
   });
 
+  await check('a name ends where the gateway takes no more, between two characters', async () => {
+    const called = (s) => s.people.find((p) => p.id === s.you)?.name;
+    for (const [character, count] of [['医', 21], ['🩺', 16]]) {
+      await call_oneself(ada, character.repeat(28));
+      await ada.until('the name', (s) => called(s) === character.repeat(count));
+      assert.equal(await ada.evaluate(`document.getElementById('name').value`), character.repeat(count));
+    }
+    const again = await browser.open(session.address, { before: `sessionStorage.setItem('name', '${'医'.repeat(28)}')` });
+    await again.until('a name of before', (s) => called(s) === '医'.repeat(21));
+    await again.close();
+    await call_oneself(ada, 'Ada');
+    await ada.until('the name', (s) => called(s) === 'Ada' && s.people.length === 1);
+  });
+
+  await check('whoever has an address that is damaged watches, and is told so', async () => {
+    for (const token of ['%E0%A4%A', 'x'.repeat(200)]) {
+      const eve = await browser.open(`${session.watching}#${token}`);
+      await eve.until('the word of it', (s) => equal(s) && line(s, 'the token in the address is not this session\'s'));
+      await eve.close();
+    }
+    await ada.until('that nobody else is here', (s) => s.people.length === 1);
+  });
+
   await check('whoever comes later sees how far the table is tilted', async () => {
     await ada.evaluate(`(() => {
       const tilt = Object.assign(document.getElementById('tilt'), { value: 20 });

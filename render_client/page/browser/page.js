@@ -12,6 +12,7 @@ const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
 const BACK_S = 10;  // the button that goes back in time
 const ORDER = { tilt: 0, pause: 1, go_on: 2, set_speed: 3, begin_anew: 4, tell_score: 5, seek: 6, freeze: 7, thaw: 8 };
 const GRAVITY_M_PER_S2 = 9.81;
+const MOST_NAME_BYTES = 64, MOST_TOKEN_BYTES = 128;  // the gateway takes no more: common/messages/live_fields.h
 
 const byId = (id) => document.getElementById(id);
 const canvas = byId('canvas');
@@ -36,13 +37,34 @@ const how_long = (since_s) => `${(now() - since_s).toFixed(0)} s`;
 
 // ---- the socket ----
 
-const token = () => decodeURIComponent(location.hash.slice(1));
+// The beginning of a text that has at most so many bytes in UTF-8: an encoder writes whole characters.
+function beginning(text, most_bytes) {
+  const bytes = new Uint8Array(most_bytes);
+  const { written } = new TextEncoder().encodeInto(text, bytes);
+  return new TextDecoder().decode(bytes.subarray(0, written));
+}
+
+// The name that the gateway hears is the one in the field.
+function own_name() {
+  const field = byId('name'), name = beginning(field.value.trim(), MOST_NAME_BYTES);
+  if (field.value !== name) field.value = name;
+  return name;
+}
+
+// With a broken escape the text stands as it is. A token that is too long is wrong without its end, too.
+function token() {
+  let text = location.hash.slice(1);
+  try {
+    text = decodeURIComponent(text);
+  } catch { /* a broken escape */ }
+  return beginning(text, MOST_TOKEN_BYTES);
+}
 // ?protocol= stands for a page of another version.
 const protocol = () =>
   new URLSearchParams(location.search).get('protocol') ?? program.UTF8ToString(call('protocol'));
 
 function introduce() {
-  program.ccall('page_connected', null, ['string', 'string'], [byId('name').value, token()]);
+  program.ccall('page_connected', null, ['string', 'string'], [own_name(), token()]);
   flush();
 }
 
@@ -408,7 +430,10 @@ async function begin() {
   program = await Sectio();
   const [width, height] = pixel_size();
   if (!call('begin', width, height)) show_stills();
-  byId('name').onchange = () => { sessionStorage.setItem('name', byId('name').value); introduce(); };
+  byId('name').onchange = () => {
+    sessionStorage.setItem('name', own_name());
+    introduce();
+  };
   byId('wireframe').onchange = () => call('wireframe', byId('wireframe').checked ? 1 : 0);
   const section = () => {
     const nearer_m = Number(byId('section_place').value);
