@@ -30,6 +30,10 @@ try {
     const phone = await browser.open(session.address, { width: 390, height: 844 });
     await phone.until('a picture', (s) => equal(s) && s.pictures > 0);
     assert.equal(await is_seen(phone, 'panel'), false);
+    for (const [width, height] of [[844, 390], [390, 844]]) {
+      await phone.send('Emulation.setDeviceMetricsOverride', { width, height, deviceScaleFactor: 1, mobile: false });
+      await until('the panel as it suits the screen', async () => (await is_seen(phone, 'panel')) === (width > 600));
+    }
     await phone.click('Panel');
     assert.ok(await is_seen(phone, 'panel'));
     await phone.evaluate('window.is_old = true');

@@ -412,16 +412,22 @@ window.addEventListener('keydown', (event) => {
 
 // ---- begin ----
 
-// The panel is folded on small screens, until somebody says otherwise.
-const SMALL = '(max-width: 600px)';
+// The panel is folded while the screen is small, until somebody says otherwise.
+const small = matchMedia('(max-width: 600px)');
 function fold(folded) {
   document.body.classList.toggle('folded', folded);
   byId('fold').textContent = folded ? 'Panel' : 'Hide';
   byId('fold').setAttribute('aria-expanded', !folded);
 }
 
+function fold_as_left() {
+  const left = localStorage.getItem('folded');
+  fold(left === null ? small.matches : left === 'true');
+}
+
 async function begin() {
-  fold(localStorage.getItem('folded') === null ? matchMedia(SMALL).matches : localStorage.getItem('folded') === 'true');
+  fold_as_left();
+  small.onchange = fold_as_left;
   byId('fold').onclick = () => {
     fold(!document.body.classList.contains('folded'));
     localStorage.setItem('folded', document.body.classList.contains('folded'));
