@@ -68,6 +68,28 @@ try {
     await ada.until('that nobody else is here', (s) => s.people.length === 1);
   });
 
+  await check('people of the same name are told apart by a number', async () => {
+    const people = (page) => page.evaluate(`[...document.querySelectorAll('#people li')].map((p) => p.textContent)`);
+    const others = [];
+    for (let count = 2; count <= 3; ++count) {
+      const page = await browser.open(session.address);
+      await page.until('a replica', (s) => equal(s) && s.people.length === count);
+      await call_oneself(page, 'Ada');
+      await page.until('the name', (s) => s.people.every((p) => p.name === 'Ada') && s.you !== 0);
+      others.push(page);
+    }
+    const is_shown = (page, names) => until(names.join(', '), async () => (await people(page)).join() === names.join());
+    await is_shown(ada, ['Ada (you)', 'Ada (2)', 'Ada (3)']);
+    await is_shown(others[1], ['Ada', 'Ada (2)', 'Ada (3) (you)']);
+    await ada.click('Take in hand');
+    await ada.click('Give to Ada (3)');
+    await others[1].until('the scalpel in hand', (s) => s.held === 0);
+    await others[1].click('Put down');
+    await ada.until('a free scalpel', (s) => s.tools[0].holder === 0);
+    for (const page of others) await page.close();
+    await is_shown(ada, ['Ada (you)']);
+  });
+
   await check('whoever comes later sees how far the table is tilted', async () => {
     await ada.evaluate(`(() => {
       const tilt = Object.assign(document.getElementById('tilt'), { value: 20 });

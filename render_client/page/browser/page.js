@@ -195,14 +195,25 @@ function element(kind, text, attributes = {}) {
 const button = (text, act) => element('button', text, { onclick: act });
 const claim = (tool, action, person = 0) => { call('claim', tool, CLAIM[action], person); flush(); };
 
-function buttons_of(tool, index, me) {
+// People of the same name are told apart by a number, in the order in which they came.
+function names_of(people) {
+  const names = new Map();
+  for (const { id, name } of [...people].sort((a, b) => a.id - b.id)) {
+    let shown = name;
+    for (let n = 2; [...names.values()].includes(shown); ++n) shown = `${name} (${n})`;
+    names.set(id, shown);
+  }
+  return names;
+}
+
+function buttons_of(tool, index, me, names) {
   if (!me?.may_write) return [];
   const is_own = tool.holder === state.you;
   const own = is_own ? button('Put down', () => claim(index, 'release'))
     : tool.holder === 0 ? button('Take in hand', () => claim(index, 'claim'))
     : button('Take over', () => claim(index, 'take'));
   const others = state.people.filter((p) => p.may_write && p.id !== state.you && p.id !== tool.holder);
-  const give = others.map((p) => button('Give to ' + p.name, () => claim(index, 'give', p.id)));
+  const give = others.map((p) => button('Give to ' + names.get(p.id), () => claim(index, 'give', p.id)));
   const [words, kind] = tool.frozen ? ['Thaw', 'thaw'] : ['Freeze', 'freeze'];
   const freeze = button(words, () => order(kind, { tool: index }));
   return [own, ...(is_own || me.may_lead ? give : []), ...(me.may_lead ? [freeze] : [])];
@@ -251,7 +262,7 @@ function show() {
   watch_server();
   show_hint();
   const me = state.people.find((p) => p.id === state.you);
-  const name_of = (id) => state.people.find((p) => p.id === id)?.name ?? '';
+  const names = names_of(state.people);
   const silent = mute_s !== null && !state.ended ? `${mute} has been silent for ${how_long(mute_s)}` : '';
   byId('warning').textContent = window.sectio.connected ? silent || no_webgl : refusal;
   byId('warning').hidden = byId('warning').textContent === '';
@@ -268,11 +279,11 @@ function show() {
 
   show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder, t.frozen]), state.people, state.you]), () =>
     state.tools.map((tool, i) => {
-      const holder = tool.holder === 0 ? '' : ': ' + (tool.holder === state.you ? 'you' : name_of(tool.holder));
+      const holder = tool.holder === 0 ? '' : ': ' + (tool.holder === state.you ? 'you' : names.get(tool.holder) ?? '');
       const item = element('li', tool.name + holder + (tool.frozen ? ', frozen' : ''));
       const bar = element('span', '', { className: 'bar' });
       bar.append(element('i', ''));
-      item.append(bar, element('span', '', { className: 'force' }), element('br', ''), ...buttons_of(tool, i, me));
+      item.append(bar, element('span', '', { className: 'force' }), element('br', ''), ...buttons_of(tool, i, me, names));
       return item;
     }));
   state.tools.forEach((tool, i) => {
@@ -282,7 +293,7 @@ function show() {
       tool.force_n.toFixed(2) + ' N' + (state.held === i ? `, ${(1000 * state.depth_m).toFixed(0)} mm deep` : '');
   });
   show_list('people', JSON.stringify([state.people, state.you]), () => state.people.map((p) =>
-    element('li', p.name + (p.id === state.you ? ' (you)' : '') + (p.may_write ? '' : ', watching'))));
+    element('li', names.get(p.id) + (p.id === state.you ? ' (you)' : '') + (p.may_write ? '' : ', watching'))));
   show_list('bodies', JSON.stringify(state.bodies), () => state.bodies.map((b) => {
     const item = element('li', `${b.name} r${b.revision} `);
     const equal = b.equal === null ? '?' : b.equal ? 'yes' : 'no';
