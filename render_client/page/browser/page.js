@@ -257,6 +257,17 @@ const in_line = ({ text, count, time_s }) => {
   return item;
 };
 
+// The end of what is played again; a live session has none. The state may say it. Otherwise the furthest time that was
+// seen stands for it, once a line has said that something is played: a live session forgets what comes after a moment
+// to which it goes back.
+let furthest_s = 0, furthest_of = '', is_played = false;
+function end_s() {
+  if (furthest_of !== state.session) [furthest_s, furthest_of, is_played] = [0, state.session, false];
+  furthest_s = Math.max(furthest_s, state.time_s);
+  is_played ||= state.lines.some(({ text }) => text.includes(' is shown from '));
+  return state.ends_s ?? (is_played ? furthest_s : 0);
+}
+
 function show() {
   if (!state) return;
   watch_server();
@@ -271,7 +282,7 @@ function show() {
   byId('time').textContent = state.session ? state.time_s.toFixed(1) + ' s' + pace : '';
   byId('orders').hidden = !me?.may_lead || state.ended;
   byId('orders').disabled = byId('instruments').disabled = !window.sectio.connected || state.ended;
-  byId('moment').max = Math.max(1, state.time_s);
+  byId('moment').max = Math.max(1, state.time_s, end_s());
   follow('moment', state.time_s, (s) => `${s.toFixed(1)} s`);
   if (state.speed > 0) follow('speed', state.speed);
   follow('tilt', state.tilt_deg ?? 0, (deg) => `${Math.round(deg)}°`);
