@@ -91,14 +91,15 @@ async function connect() {
   socket.onopen = () => {
     refusal = '';
     was_open = true;
-    if (lost_s !== null) note(`connected again at ${clock()}, after ${how_long(lost_s)}`);
-    lost_s = null;
     introduce();
   };
   socket.onmessage = (event) => {
     const bytes = new Uint8Array(event.data);
     program.HEAPU8.set(bytes, call('incoming', bytes.length));
     call('receive', now());
+    // The gateway's first word has the events of late, which would push this line out.
+    if (lost_s !== null) note(`connected again at ${clock()}, after ${how_long(lost_s)}`);
+    lost_s = null;
   };
   socket.onclose = ({ reason }) => {
     refusal ||= reason ? `the gateway has ended the connection: this page ${reason}` : 'the connection to the gateway is lost';
