@@ -7,7 +7,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { Browser, sleep, until } from './browser.mjs';
 import { Link } from './link.mjs';
-import { check, equal, root, Session } from './session.mjs';
+import { apart, check, equal, root, Session } from './session.mjs';
 
 const pictures = process.argv[2];
 const session = await Session.begin(join(root, 'deploy/scenes/incision_templates.yaml'));
@@ -171,10 +171,30 @@ try {
     await ada.drag(way(120, 240, 150), 60);
     assert.equal(place(await ada.state()), at);
     await until('its word', async () => (await text(ada, 'tools')).includes('scalpel: you, frozen'));
+    assert.equal(await text(ada, 'hint'), "The scalpel is frozen: it doesn't follow your hand until you press Thaw.");
     await ada.click('Thaw');
     await ada.until('a scalpel that has been let go', (s) => !s.tools[0].frozen);
     await ada.drag(way(120, 240, 150), 60);
     await ada.until('a scalpel elsewhere', (s) => s.tools[0].present && place(s) !== at);
+    assert.equal(await is_seen(ada, 'hint'), false);
+  });
+
+  await check('who begins anew thaws what was frozen, and who goes back does not', async () => {
+    const begins = (condition) => ada.until('the beginning', (s) => s.time_s < 5 && equal(s) && condition(s.tools[0]));
+    await ada.click('Freeze');
+    await ada.until('a frozen scalpel', (s) => s.tools[0].frozen && s.time_s > 10);
+    await ada.click('Begin anew');
+    await begins((scalpel) => !scalpel.frozen && scalpel.holder !== 0);
+    await ada.mouse('mouseMoved', 200, 150);
+    await ada.until('a scalpel under the mouse', (s) => s.wish && apart(s.wish, s.tools[0].tip) < 0.05);
+    await ada.click('Freeze');
+    await ada.until('a frozen scalpel', (s) => s.tools[0].frozen);
+    await ada.click('10 s back');
+    await begins((scalpel) => scalpel.frozen && !scalpel.present);
+    await until('its word', async () => (await text(ada, 'tools')).includes('scalpel: you, frozen, and not in the scene'));
+    await ada.click('Thaw');
+    await ada.mouse('mouseMoved', 210, 150);
+    await ada.until('the scalpel again', (s) => s.wish && apart(s.wish, s.tools[0].tip) < 0.05);
   });
 
   await check('a lost connection is told, with the instrument that went, and offers nothing meanwhile', async () => {

@@ -245,12 +245,18 @@ function follow(id, value, words_of = () => '') {
 }
 
 let presses_beside = 0, hinted_ms = -Infinity;
-function show_hint() {
+function hint(me) {
   if (state.presses_beside > presses_beside) hinted_ms = performance.now();
   presses_beside = state.presses_beside;
-  byId('hint').textContent = 'There is no body under the pointer: press on tissue.';
-  byId('hint').hidden = !holds() || performance.now() - hinted_ms > HINT_MS;
+  const tool = state.tools[state.held];
+  if (!tool) return '';
+  const until = me?.may_lead ? 'you press Thaw' : 'somebody who leads presses Thaw';
+  if (tool.frozen) return `The ${tool.name} is frozen: it doesn't follow your hand until ${until}.`;
+  return performance.now() - hinted_ms < HINT_MS ? 'There is no body under the pointer: press on tissue.' : '';
 }
+
+// A frozen instrument that isn't in the scene stays away.
+const frozen_words = (tool) => (!tool.frozen ? '' : tool.present ? ', frozen' : ', frozen, and not in the scene');
 
 const in_line = ({ text, count, time_s }) => {
   const item = element('li', text + ' ');
@@ -272,8 +278,9 @@ function end_s() {
 function show() {
   if (!state) return;
   watch_server();
-  show_hint();
   const me = state.people.find((p) => p.id === state.you);
+  byId('hint').textContent = hint(me);
+  byId('hint').hidden = byId('hint').textContent === '';
   const names = names_of(state.people);
   const silent = mute_s !== null && !state.ended ? `${mute} has been silent for ${how_long(mute_s)}` : '';
   byId('warning').textContent = window.sectio.connected ? silent || no_webgl : refusal;
@@ -289,13 +296,15 @@ function show() {
   follow('tilt', state.tilt_deg ?? 0, (deg) => `${Math.round(deg)}°`);
   byId('pause').textContent = state.speed === 0 ? 'Go on' : 'Pause';
 
-  show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder, t.frozen]), state.people, state.you]), () =>
+  const said_of_tools = state.tools.map((t) => [t.name, t.holder, frozen_words(t)]);
+  show_list('tools', JSON.stringify([said_of_tools, state.people, state.you]), () =>
     state.tools.map((tool, i) => {
       const holder = tool.holder === 0 ? '' : ': ' + (tool.holder === state.you ? 'you' : names.get(tool.holder) ?? '');
-      const item = element('li', tool.name + holder + (tool.frozen ? ', frozen' : ''));
+      const item = element('li', tool.name + holder + frozen_words(tool));
       const bar = element('span', '', { className: 'bar' });
       bar.append(element('i', ''));
-      item.append(bar, element('span', '', { className: 'force' }), element('br', ''), ...buttons_of(tool, i, me, names));
+      item.append(bar, element('span', '', { className: 'force' }), element('br', ''));
+      item.append(...buttons_of(tool, i, me, names));
       return item;
     }));
   state.tools.forEach((tool, i) => {
@@ -474,7 +483,11 @@ async function begin() {
   byId('field').onchange = () => program.ccall('page_field', null, ['string'], [byId('field').value]);
   byId('home').onclick = () => call('reset_camera');
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
-  byId('anew').onclick = () => order('begin_anew');
+  // At the beginning no instrument is in the scene, and one that is frozen could never come into it.
+  byId('anew').onclick = () => {
+    order('begin_anew');
+    state.tools.forEach(({ frozen }, tool) => frozen && order('thaw', { tool }));
+  };
   byId('score').onclick = () => order('tell_score');
   byId('back').onclick = () => order('seek', { to_s: Math.max(0, state.time_s - BACK_S) });
   for (const id of ['moment', 'speed', 'tilt']) byId(id).oninput = () => used_ms.set(id, performance.now());
