@@ -7,6 +7,7 @@ const RETRY_MS = 1000;      // wait after a connection was lost
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
+const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
 const SETTLES_MS = 2000;    // an order is under way, and what it changes isn't told yet
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
 const BACK_S = 10;  // the button that goes back in time
@@ -244,6 +245,16 @@ function follow(id, value, words_of = () => '') {
   if (words) words.textContent = words_of(in_use ? Number(control.value) : value);
 }
 
+// A server hears the bridge that spoke first. While another bridge leads the instrument, too, one that isn't where this
+// page wants it follows the other hand; tissue alone may hold it up.
+let astray_since_s = null;
+function another_hand_leads(tool) {
+  const astray = tool.hands > 1 && state.wish && tool.tip &&
+    Math.hypot(state.wish[0] - tool.tip[0], state.wish[1] - tool.tip[1]) > ASTRAY;
+  astray_since_s = astray ? astray_since_s ?? now() : null;
+  return astray && now() - astray_since_s > ASTRAY_S;
+}
+
 let presses_beside = 0, hinted_ms = -Infinity;
 function hint(me) {
   if (state.presses_beside > presses_beside) hinted_ms = performance.now();
@@ -252,6 +263,7 @@ function hint(me) {
   if (!tool) return '';
   const until = me?.may_lead ? 'you press Thaw' : 'somebody who leads presses Thaw';
   if (tool.frozen) return `The ${tool.name} is frozen: it doesn't follow your hand until ${until}.`;
+  if (another_hand_leads(tool)) return `Another hand moves the ${tool.name}.`;
   return performance.now() - hinted_ms < HINT_MS ? 'There is no body under the pointer: press on tissue.' : '';
 }
 
