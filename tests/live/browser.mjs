@@ -121,6 +121,10 @@ class Page {
     return this.send('Input.dispatchMouseEvent',
       { type, x, y, buttons, button: type === 'mouseMoved' ? 'none' : 'left', clickCount: 1, ...more });
   }
+  // Fingers on the screen from now on: touchStart and touchMove with their places, touchEnd with those that stay.
+  touch(type, ...places) {
+    return this.send('Input.dispatchTouchEvent', { type, touchPoints: places.map(([x, y], id) => ({ x, y, id })) });
+  }
   async click(text) {
     await until(`a button "${text}"`, () => this.evaluate(`(() => {
       const found = [...document.querySelectorAll('button:enabled')].find((b) => b.textContent === ${JSON.stringify(text)});

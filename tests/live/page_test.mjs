@@ -7,7 +7,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { Browser, sleep, until } from './browser.mjs';
 import { Link } from './link.mjs';
-import { check, equal, root, Session } from './session.mjs';
+import { apart, check, equal, root, Session } from './session.mjs';
 
 const pictures = process.argv[2];
 const session = await Session.begin(join(root, 'deploy/scenes/incision_templates.yaml'));
@@ -30,6 +30,10 @@ try {
     const phone = await browser.open(session.address, { width: 390, height: 844 });
     await phone.until('a picture', (s) => equal(s) && s.pictures > 0);
     assert.equal(await is_seen(phone, 'panel'), false);
+    for (const [width, height] of [[844, 390], [390, 844]]) {
+      await phone.send('Emulation.setDeviceMetricsOverride', { width, height, deviceScaleFactor: 1, mobile: false });
+      await until('the panel as it suits the screen', async () => (await is_seen(phone, 'panel')) === (width > 600));
+    }
     await phone.click('Panel');
     assert.ok(await is_seen(phone, 'panel'));
     await phone.evaluate('window.is_old = true');
@@ -39,6 +43,51 @@ try {
     await phone.click('Hide');
     assert.equal(await is_seen(phone, 'panel'), false);
     await phone.close();
+  });
+
+  await check('a name ends where the gateway takes no more, between two characters', async () => {
+    const called = (s) => s.people.find((p) => p.id === s.you)?.name;
+    for (const [character, count] of [['医', 21], ['🩺', 16]]) {
+      await call_oneself(ada, character.repeat(28));
+      await ada.until('the name', (s) => called(s) === character.repeat(count));
+      assert.equal(await ada.evaluate(`document.getElementById('name').value`), character.repeat(count));
+    }
+    const again = await browser.open(session.address, { before: `sessionStorage.setItem('name', '${'医'.repeat(28)}')` });
+    await again.until('a name of before', (s) => called(s) === '医'.repeat(21));
+    await again.close();
+    await call_oneself(ada, 'Ada');
+    await ada.until('the name', (s) => called(s) === 'Ada' && s.people.length === 1);
+  });
+
+  await check('whoever has an address that is damaged watches, and is told so', async () => {
+    for (const token of ['%E0%A4%A', 'x'.repeat(200)]) {
+      const eve = await browser.open(`${session.watching}#${token}`);
+      await eve.until('the word of it', (s) => equal(s) && line(s, 'the token in the address is not this session\'s'));
+      await eve.close();
+    }
+    await ada.until('that nobody else is here', (s) => s.people.length === 1);
+  });
+
+  await check('people of the same name are told apart by a number', async () => {
+    const people = (page) => page.evaluate(`[...document.querySelectorAll('#people li')].map((p) => p.textContent)`);
+    const others = [];
+    for (let count = 2; count <= 3; ++count) {
+      const page = await browser.open(session.address);
+      await page.until('a replica', (s) => equal(s) && s.people.length === count);
+      await call_oneself(page, 'Ada');
+      await page.until('the name', (s) => s.people.every((p) => p.name === 'Ada') && s.you !== 0);
+      others.push(page);
+    }
+    const is_shown = (page, names) => until(names.join(', '), async () => (await people(page)).join() === names.join());
+    await is_shown(ada, ['Ada (you)', 'Ada (2)', 'Ada (3)']);
+    await is_shown(others[1], ['Ada', 'Ada (2)', 'Ada (3) (you)']);
+    await ada.click('Take in hand');
+    await ada.click('Give to Ada (3)');
+    await others[1].until('the scalpel in hand', (s) => s.held === 0);
+    await others[1].click('Put down');
+    await ada.until('a free scalpel', (s) => s.tools[0].holder === 0);
+    for (const page of others) await page.close();
+    await is_shown(ada, ['Ada (you)']);
   });
 
   await check('whoever comes later sees how far the table is tilted', async () => {
@@ -122,10 +171,30 @@ try {
     await ada.drag(way(120, 240, 150), 60);
     assert.equal(place(await ada.state()), at);
     await until('its word', async () => (await text(ada, 'tools')).includes('scalpel: you, frozen'));
+    assert.equal(await text(ada, 'hint'), "The scalpel is frozen: it doesn't follow your hand until you press Thaw.");
     await ada.click('Thaw');
     await ada.until('a scalpel that has been let go', (s) => !s.tools[0].frozen);
     await ada.drag(way(120, 240, 150), 60);
     await ada.until('a scalpel elsewhere', (s) => s.tools[0].present && place(s) !== at);
+    assert.equal(await is_seen(ada, 'hint'), false);
+  });
+
+  await check('who begins anew thaws what was frozen, and who goes back does not', async () => {
+    const begins = (condition) => ada.until('the beginning', (s) => s.time_s < 5 && equal(s) && condition(s.tools[0]));
+    await ada.click('Freeze');
+    await ada.until('a frozen scalpel', (s) => s.tools[0].frozen && s.time_s > 10);
+    await ada.click('Begin anew');
+    await begins((scalpel) => !scalpel.frozen && scalpel.holder !== 0);
+    await ada.mouse('mouseMoved', 200, 150);
+    await ada.until('a scalpel under the mouse', (s) => s.wish && apart(s.wish, s.tools[0].tip) < 0.05);
+    await ada.click('Freeze');
+    await ada.until('a frozen scalpel', (s) => s.tools[0].frozen);
+    await ada.click('10 s back');
+    await begins((scalpel) => scalpel.frozen && !scalpel.present);
+    await until('its word', async () => (await text(ada, 'tools')).includes('scalpel: you, frozen, and not in the scene'));
+    await ada.click('Thaw');
+    await ada.mouse('mouseMoved', 210, 150);
+    await ada.until('the scalpel again', (s) => s.wish && apart(s.wish, s.tools[0].tip) < 0.05);
   });
 
   await check('a lost connection is told, with the instrument that went, and offers nothing meanwhile', async () => {

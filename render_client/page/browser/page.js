@@ -7,11 +7,13 @@ const RETRY_MS = 1000;      // wait after a connection was lost
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
+const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
 const SETTLES_MS = 2000;    // an order is under way, and what it changes isn't told yet
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
 const BACK_S = 10;  // the button that goes back in time
 const ORDER = { tilt: 0, pause: 1, go_on: 2, set_speed: 3, begin_anew: 4, tell_score: 5, seek: 6, freeze: 7, thaw: 8 };
 const GRAVITY_M_PER_S2 = 9.81;
+const MOST_NAME_BYTES = 64, MOST_TOKEN_BYTES = 128;  // the gateway takes no more: common/messages/live_fields.h
 
 const byId = (id) => document.getElementById(id);
 const canvas = byId('canvas');
@@ -36,13 +38,34 @@ const how_long = (since_s) => `${(now() - since_s).toFixed(0)} s`;
 
 // ---- the socket ----
 
-const token = () => decodeURIComponent(location.hash.slice(1));
+// The beginning of a text that has at most so many bytes in UTF-8: an encoder writes whole characters.
+function beginning(text, most_bytes) {
+  const bytes = new Uint8Array(most_bytes);
+  const { written } = new TextEncoder().encodeInto(text, bytes);
+  return new TextDecoder().decode(bytes.subarray(0, written));
+}
+
+// The name that the gateway hears is the one in the field.
+function own_name() {
+  const field = byId('name'), name = beginning(field.value.trim(), MOST_NAME_BYTES);
+  if (field.value !== name) field.value = name;
+  return name;
+}
+
+// With a broken escape the text stands as it is. A token that is too long is wrong without its end, too.
+function token() {
+  let text = location.hash.slice(1);
+  try {
+    text = decodeURIComponent(text);
+  } catch { /* a broken escape */ }
+  return beginning(text, MOST_TOKEN_BYTES);
+}
 // ?protocol= stands for a page of another version.
 const protocol = () =>
   new URLSearchParams(location.search).get('protocol') ?? program.UTF8ToString(call('protocol'));
 
 function introduce() {
-  program.ccall('page_connected', null, ['string', 'string'], [byId('name').value, token()]);
+  program.ccall('page_connected', null, ['string', 'string'], [own_name(), token()]);
   flush();
 }
 
@@ -69,14 +92,15 @@ async function connect() {
   socket.onopen = () => {
     refusal = '';
     was_open = true;
-    if (lost_s !== null) note(`connected again at ${clock()}, after ${how_long(lost_s)}`);
-    lost_s = null;
     introduce();
   };
   socket.onmessage = (event) => {
     const bytes = new Uint8Array(event.data);
     program.HEAPU8.set(bytes, call('incoming', bytes.length));
     call('receive', now());
+    // The gateway's first word has the events of late, which would push this line out.
+    if (lost_s !== null) note(`connected again at ${clock()}, after ${how_long(lost_s)}`);
+    lost_s = null;
   };
   socket.onclose = ({ reason }) => {
     refusal ||= reason ? `the gateway has ended the connection: this page ${reason}` : 'the connection to the gateway is lost';
@@ -173,14 +197,25 @@ function element(kind, text, attributes = {}) {
 const button = (text, act) => element('button', text, { onclick: act });
 const claim = (tool, action, person = 0) => { call('claim', tool, CLAIM[action], person); flush(); };
 
-function buttons_of(tool, index, me) {
+// People of the same name are told apart by a number, in the order in which they came.
+function names_of(people) {
+  const names = new Map();
+  for (const { id, name } of [...people].sort((a, b) => a.id - b.id)) {
+    let shown = name;
+    for (let n = 2; [...names.values()].includes(shown); ++n) shown = `${name} (${n})`;
+    names.set(id, shown);
+  }
+  return names;
+}
+
+function buttons_of(tool, index, me, names) {
   if (!me?.may_write) return [];
   const is_own = tool.holder === state.you;
   const own = is_own ? button('Put down', () => claim(index, 'release'))
     : tool.holder === 0 ? button('Take in hand', () => claim(index, 'claim'))
     : button('Take over', () => claim(index, 'take'));
   const others = state.people.filter((p) => p.may_write && p.id !== state.you && p.id !== tool.holder);
-  const give = others.map((p) => button('Give to ' + p.name, () => claim(index, 'give', p.id)));
+  const give = others.map((p) => button('Give to ' + names.get(p.id), () => claim(index, 'give', p.id)));
   const [words, kind] = tool.frozen ? ['Thaw', 'thaw'] : ['Freeze', 'freeze'];
   const freeze = button(words, () => order(kind, { tool: index }));
   return [own, ...(is_own || me.may_lead ? give : []), ...(me.may_lead ? [freeze] : [])];
@@ -210,13 +245,30 @@ function follow(id, value, words_of = () => '') {
   if (words) words.textContent = words_of(in_use ? Number(control.value) : value);
 }
 
+// A server hears the bridge that spoke first. While another bridge leads the instrument, too, one that isn't where this
+// page wants it follows the other hand; tissue alone may hold it up.
+let astray_since_s = null;
+function another_hand_leads(tool) {
+  const astray = tool.hands > 1 && state.wish && tool.tip &&
+    Math.hypot(state.wish[0] - tool.tip[0], state.wish[1] - tool.tip[1]) > ASTRAY;
+  astray_since_s = astray ? astray_since_s ?? now() : null;
+  return astray && now() - astray_since_s > ASTRAY_S;
+}
+
 let presses_beside = 0, hinted_ms = -Infinity;
-function show_hint() {
+function hint(me) {
   if (state.presses_beside > presses_beside) hinted_ms = performance.now();
   presses_beside = state.presses_beside;
-  byId('hint').textContent = 'There is no body under the pointer: press on tissue.';
-  byId('hint').hidden = !holds() || performance.now() - hinted_ms > HINT_MS;
+  const tool = state.tools[state.held];
+  if (!tool) return '';
+  const until = me?.may_lead ? 'you press Thaw' : 'somebody who leads presses Thaw';
+  if (tool.frozen) return `The ${tool.name} is frozen: it doesn't follow your hand until ${until}.`;
+  if (another_hand_leads(tool)) return `Another hand moves the ${tool.name}.`;
+  return performance.now() - hinted_ms < HINT_MS ? 'There is no body under the pointer: press on tissue.' : '';
 }
+
+// A frozen instrument that isn't in the scene stays away.
+const frozen_words = (tool) => (!tool.frozen ? '' : tool.present ? ', frozen' : ', frozen, and not in the scene');
 
 const in_line = ({ text, count, time_s }) => {
   const item = element('li', text + ' ');
@@ -224,12 +276,24 @@ const in_line = ({ text, count, time_s }) => {
   return item;
 };
 
+// The end of what is played again; a live session has none. The state may say it. Otherwise the furthest time that was
+// seen stands for it, once a line has said that something is played: a live session forgets what comes after a moment
+// to which it goes back.
+let furthest_s = 0, furthest_of = '', is_played = false;
+function end_s() {
+  if (furthest_of !== state.session) [furthest_s, furthest_of, is_played] = [0, state.session, false];
+  furthest_s = Math.max(furthest_s, state.time_s);
+  is_played ||= state.lines.some(({ text }) => text.includes(' is shown from '));
+  return state.ends_s ?? (is_played ? furthest_s : 0);
+}
+
 function show() {
   if (!state) return;
   watch_server();
-  show_hint();
   const me = state.people.find((p) => p.id === state.you);
-  const name_of = (id) => state.people.find((p) => p.id === id)?.name ?? '';
+  byId('hint').textContent = hint(me);
+  byId('hint').hidden = byId('hint').textContent === '';
+  const names = names_of(state.people);
   const silent = mute_s !== null && !state.ended ? `${mute} has been silent for ${how_long(mute_s)}` : '';
   byId('warning').textContent = window.sectio.connected ? silent || no_webgl : refusal;
   byId('warning').hidden = byId('warning').textContent === '';
@@ -238,19 +302,21 @@ function show() {
   byId('time').textContent = state.session ? state.time_s.toFixed(1) + ' s' + pace : '';
   byId('orders').hidden = !me?.may_lead || state.ended;
   byId('orders').disabled = byId('instruments').disabled = !window.sectio.connected || state.ended;
-  byId('moment').max = Math.max(1, state.time_s);
+  byId('moment').max = Math.max(1, state.time_s, end_s());
   follow('moment', state.time_s, (s) => `${s.toFixed(1)} s`);
   if (state.speed > 0) follow('speed', state.speed);
   follow('tilt', state.tilt_deg ?? 0, (deg) => `${Math.round(deg)}°`);
   byId('pause').textContent = state.speed === 0 ? 'Go on' : 'Pause';
 
-  show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder, t.frozen]), state.people, state.you]), () =>
+  const said_of_tools = state.tools.map((t) => [t.name, t.holder, frozen_words(t)]);
+  show_list('tools', JSON.stringify([said_of_tools, state.people, state.you]), () =>
     state.tools.map((tool, i) => {
-      const holder = tool.holder === 0 ? '' : ': ' + (tool.holder === state.you ? 'you' : name_of(tool.holder));
-      const item = element('li', tool.name + holder + (tool.frozen ? ', frozen' : ''));
+      const holder = tool.holder === 0 ? '' : ': ' + (tool.holder === state.you ? 'you' : names.get(tool.holder) ?? '');
+      const item = element('li', tool.name + holder + frozen_words(tool));
       const bar = element('span', '', { className: 'bar' });
       bar.append(element('i', ''));
-      item.append(bar, element('span', '', { className: 'force' }), element('br', ''), ...buttons_of(tool, i, me));
+      item.append(bar, element('span', '', { className: 'force' }), element('br', ''));
+      item.append(...buttons_of(tool, i, me, names));
       return item;
     }));
   state.tools.forEach((tool, i) => {
@@ -260,7 +326,7 @@ function show() {
       tool.force_n.toFixed(2) + ' N' + (state.held === i ? `, ${(1000 * state.depth_m).toFixed(0)} mm deep` : '');
   });
   show_list('people', JSON.stringify([state.people, state.you]), () => state.people.map((p) =>
-    element('li', p.name + (p.id === state.you ? ' (you)' : '') + (p.may_write ? '' : ', watching'))));
+    element('li', names.get(p.id) + (p.id === state.you ? ' (you)' : '') + (p.may_write ? '' : ', watching'))));
   show_list('bodies', JSON.stringify(state.bodies), () => state.bodies.map((b) => {
     const item = element('li', `${b.name} r${b.revision} `);
     const equal = b.equal === null ? '?' : b.equal ? 'yes' : 'no';
@@ -390,16 +456,22 @@ window.addEventListener('keydown', (event) => {
 
 // ---- begin ----
 
-// The panel is folded on small screens, until somebody says otherwise.
-const SMALL = '(max-width: 600px)';
+// The panel is folded while the screen is small, until somebody says otherwise.
+const small = matchMedia('(max-width: 600px)');
 function fold(folded) {
   document.body.classList.toggle('folded', folded);
   byId('fold').textContent = folded ? 'Panel' : 'Hide';
   byId('fold').setAttribute('aria-expanded', !folded);
 }
 
+function fold_as_left() {
+  const left = localStorage.getItem('folded');
+  fold(left === null ? small.matches : left === 'true');
+}
+
 async function begin() {
-  fold(localStorage.getItem('folded') === null ? matchMedia(SMALL).matches : localStorage.getItem('folded') === 'true');
+  fold_as_left();
+  small.onchange = fold_as_left;
   byId('fold').onclick = () => {
     fold(!document.body.classList.contains('folded'));
     localStorage.setItem('folded', document.body.classList.contains('folded'));
@@ -408,7 +480,10 @@ async function begin() {
   program = await Sectio();
   const [width, height] = pixel_size();
   if (!call('begin', width, height)) show_stills();
-  byId('name').onchange = () => { sessionStorage.setItem('name', byId('name').value); introduce(); };
+  byId('name').onchange = () => {
+    sessionStorage.setItem('name', own_name());
+    introduce();
+  };
   byId('wireframe').onchange = () => call('wireframe', byId('wireframe').checked ? 1 : 0);
   const section = () => {
     const nearer_m = Number(byId('section_place').value);
@@ -420,7 +495,11 @@ async function begin() {
   byId('field').onchange = () => program.ccall('page_field', null, ['string'], [byId('field').value]);
   byId('home').onclick = () => call('reset_camera');
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
-  byId('anew').onclick = () => order('begin_anew');
+  // At the beginning no instrument is in the scene, and one that is frozen could never come into it.
+  byId('anew').onclick = () => {
+    order('begin_anew');
+    state.tools.forEach(({ frozen }, tool) => frozen && order('thaw', { tool }));
+  };
   byId('score').onclick = () => order('tell_score');
   byId('back').onclick = () => order('seek', { to_s: Math.max(0, state.time_s - BACK_S) });
   for (const id of ['moment', 'speed', 'tilt']) byId(id).oninput = () => used_ms.set(id, performance.now());
