@@ -17,6 +17,7 @@ namespace sectio {
 //   7  before an order could seek another time of a played session
 //   8  before changes of topology were merged, programs reported on their links, and bodies had a matter and layers
 //   9  before instruments could be frozen, and the task was part of the scene
-constexpr std::uint32_t kProtocolVersion = 10;
+//  10  before a server told where ends what it plays, and sessions were named for the program that begins them
+constexpr std::uint32_t kProtocolVersion = 11;
 
 }  // namespace sectio

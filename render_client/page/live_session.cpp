@@ -105,6 +105,10 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
 
 // The lines of a score come one behind the other, in one step.
 void LiveSession::take(const SessionEvent& event) {
+  const auto is_known = [&](const SessionEvent& e) { return e.epoch == event.epoch && is_same_event(e, event); };
+  if (std::ranges::any_of(heard_, is_known)) return;
+  heard_.push_back(event);
+  if (heard_.size() > kMostHeard) heard_.pop_front();
   if (event.text.empty()) return;
   if (event.kind != kScoreTold) return tell(event);
   if (scored_at_ != std::pair(event.epoch, event.step)) score_.clear();

@@ -24,6 +24,7 @@ class LiveSession {
  public:
   static constexpr std::size_t kMaxLines = 8;
   static constexpr std::size_t kMostScoreLines = 64;
+  static constexpr std::size_t kMostHeard = 256;
 
   // A new connection: the replica stays as it is, until the session says that it is out of date.
   void connected(const Hello& hello);
@@ -93,6 +94,7 @@ class LiveSession {
   std::map<std::uint64_t, double> heard_s_;  // by epoch
   double time_s_ = 0;                        // simulated
   std::deque<Line> lines_;
+  std::deque<SessionEvent> heard_;  // the kept events are said again to a page that joins anew
   std::uint64_t line_count_ = 0;
   std::vector<std::string> score_, task_;
   std::pair<std::uint64_t, std::uint64_t> scored_at_{0, 0};  // epoch and step

@@ -8,8 +8,16 @@
 #include "common/messages/link.h"
 
 namespace sectio {
-
 namespace {
+
+// Programs that move an instrument now; two of them are one too many.
+std::size_t hands_on(const std::string& tool, std::span<const ServerStatus* const> statuses) {
+  std::set<std::uint64_t> hands;
+  for (const ServerStatus* status : statuses)
+    for (const LinkReport& report : status->link_reports)
+      if (report.kind == ProgramKind::hand && report.rate_hz > 0 && report.name == tool) hands.insert(report.client);
+  return hands.size();
+}
 
 void describe_place(JsonText& json, const char* name, const Vec3& place) {
   json.key(name).open('[').value(place.x()).value(place.y()).close(']');
@@ -143,6 +151,7 @@ void LiveView::describe_statuses(JsonText& json, std::span<const ServerStatus* c
   if (!statuses.empty()) {
     const Vec3& down = statuses.front()->gravity_target_m_per_s2;
     json.key("cuts").value(cuts).key("refused").value(refused).key("speed").value(statuses.front()->speed);
+    if (statuses.front()->ends_s > 0) json.key("ends_s").value(statuses.front()->ends_s);
     json.key("tilt_deg").value(down.norm() > 0 ? std::atan2(down.x(), -down.z()) * 180 / M_PI : 0);
   }
   json.key("links").open('[');
@@ -159,7 +168,9 @@ void LiveView::describe_people(JsonText& json) const {
   json.close(']');
 }
 
-void LiveView::describe_tools(JsonText& json, std::uint32_t frozen_tools, double now_s) const {
+void LiveView::describe_tools(JsonText& json, std::span<const ServerStatus* const> statuses, double now_s) const {
+  std::uint32_t frozen_tools = 0;
+  for (const ServerStatus* status : statuses) frozen_tools |= status->frozen_tools;
   const Roster& roster = session.roster();
   const SceneInfo* scene = session.world().scene();
   json.key("tools").open('[');
@@ -168,6 +179,7 @@ void LiveView::describe_tools(JsonText& json, std::uint32_t frozen_tools, double
     json.open('{').key("name").value(scene->tools[t].name).key("present").value(pose != nullptr);
     json.key("holder").value(t < roster.holders.size() ? roster.holders[t] : kNobody);
     json.key("frozen").value(is_frozen(frozen_tools, t));
+    json.key("hands").value(hands_on(scene->tools[t].name, statuses));
     json.key("force_n").value(pose ? session.force_n(t, now_s) : 0.0);
     if (pose) {
       const Vec3& at = pose->position_m;
@@ -233,10 +245,8 @@ std::string LiveView::describe(double now_s) const {
   json.key("silent").value(silence ? silence->of : "");
   json.key("ended").value(session.world().session_end().has_value());
   const std::vector<const ServerStatus*> statuses = session.statuses();
-  std::uint32_t frozen_tools = 0;
-  for (const ServerStatus* status : statuses) frozen_tools |= status->frozen_tools;
   describe_people(json);
-  describe_tools(json, frozen_tools, now_s);
+  describe_tools(json, statuses, now_s);
   describe_bodies(json);
   describe_lines(json);
   describe_statuses(json, statuses);

@@ -53,7 +53,7 @@ class LiveView {
 
   void hold(double now_s);
   void describe_people(class JsonText& json) const;
-  void describe_tools(JsonText& json, std::uint32_t frozen_tools, double now_s) const;
+  void describe_tools(JsonText& json, std::span<const ServerStatus* const> statuses, double now_s) const;
   void describe_bodies(JsonText& json) const;
   void describe_lines(JsonText& json) const;
   void describe_hand(JsonText& json) const;

@@ -236,7 +236,12 @@ void LiveServer::go_to(const SessionOrder& order) {
     return refuse(order, std::string(kStays) + error.what());
   }
   begin(std::move(next));
-  if (anew) return tell(EventKind::begun_anew, "the session begins anew");
+  if (anew) {  // no instrument is in the scene at the beginning, and one that is frozen could never come into it
+    for (std::uint32_t tool = 0; tool < session_.scene.tools.size(); ++tool) session_.net->set_frozen(tool, false);
+    session_.thawed.clear();
+    keep_orders();
+    return tell(EventKind::begun_anew, "the session begins anew");
+  }
   tell(EventKind::sought,
        formatted("the session %s from %.2f s", session_.past ? "is shown" : "goes on", session_.time_s()));
 }

@@ -38,6 +38,7 @@ class RecordServer {
     while (!stop_was_requested() && net_->viewers() < options_.wait_for_viewers) listen();
     log_info("the record is shown from " + seconds(record_.time_s()) + " to " + seconds(record_.end_s()));
     net_->set_speed(pace_.now());
+    net_->set_end(record_.end_s());
     show(true);
     Clock::time_point then = Clock::now();
     bool goes_on = true;

@@ -233,6 +233,10 @@ void ServerNet::set_speed(double speed) {
   state_->handover.put([&](Outbox& outbox) { outbox.speed = speed; });
 }
 
+void ServerNet::set_end(double ends_s) {
+  state_->handover.put([&](Outbox& outbox) { outbox.ends_s = ends_s; });
+}
+
 void ServerNet::rejoin(const std::string& why) {
   state_->rejoin(why);
 }

@@ -495,11 +495,7 @@ async function begin() {
   byId('field').onchange = () => program.ccall('page_field', null, ['string'], [byId('field').value]);
   byId('home').onclick = () => call('reset_camera');
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
-  // At the beginning no instrument is in the scene, and one that is frozen could never come into it.
-  byId('anew').onclick = () => {
-    order('begin_anew');
-    state.tools.forEach(({ frozen }, tool) => frozen && order('thaw', { tool }));
-  };
+  byId('anew').onclick = () => order('begin_anew');
   byId('score').onclick = () => order('tell_score');
   byId('back').onclick = () => order('seek', { to_s: Math.max(0, state.time_s - BACK_S) });
   for (const id of ['moment', 'speed', 'tilt']) byId(id).oninput = () => used_ms.set(id, performance.now());
