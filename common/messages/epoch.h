@@ -1,11 +1,11 @@
 // The epoch of a server: the name of its session times 2^20, plus the term.
 //
-// The name is the second in which the session began, modulo 2^27, times 2^16, plus a hash of that and of the program that
-// began it. So servers that start in one moment differ, and whoever comes later can tell the program that began a
-// session from one that speaks in its name. Each server that takes the session over, after a fault or in place of another,
-// counts the term up by one: of two servers with one name the one with the later term holds the session, and the other
-// is a ghost. A session that is begun anew, or a record that is shown from another moment, has another term, too: there
-// are enough for 200 000 of these.
+// The name is the second in which the session began, modulo 2^27, times 2^16, plus a hash of that and of the program
+// that began it. So servers that start in one moment differ, and whoever comes later can tell the program that began a
+// session from one that speaks in its name. Each server that takes the session over, after a fault or in place of
+// another, counts the term up by one: of two servers with one name the one with the later term holds the session, and
+// the other is a ghost. A session that is begun anew, or a record that is shown from another moment, has another term,
+// too: there are enough for 200 000 of these.
 #pragma once
 
 #include <array>

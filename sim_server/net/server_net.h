@@ -66,7 +66,7 @@ class ServerNet {
   std::uint32_t frozen_tools() const;  // bit t: tool t
   // The speed that the status tells from now on: 0 while paused. Simulation's thread.
   void set_speed(double speed);
-  void set_end(double ends_s);  // of a record that is played
+  void set_end(double ends_s);  // a record that is played ends there; 0: live
 
   // A standby becomes the server of its session, or its server begins it anew. Simulation's thread.
   void take_over(Succession succession);
