@@ -77,6 +77,7 @@ void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
 LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
     : session_(scene, options),
       attempt_(options.attempt),
+      first_lock_(options.attempt > 1 ? std::make_shared<DirectoryLock>(options.directory) : nullptr),
       planner_(!options.play_traces),
       stall_s_(options.stall_at_s >= 0 ? options.stall_s : 0) {}
 
@@ -293,6 +294,7 @@ void LiveServer::begin(Try next) {
   tell_faults();
   // The network reads the journal of the former run until it is told of this one.
   const auto former = std::exchange(session_.run, std::move(next.run));
+  if (!first_lock_) first_lock_ = former->directory_lock();
   if (session_.record)
     session_.run->recorder().warn(session_.options.record + ": ends where the session was begun anew");
   session_.past = std::move(next.past);

@@ -17,6 +17,8 @@ class Pace {
   bool is_paused() const { return is_paused_; }
   double now() const { return is_paused_ ? 0 : speed_; }
 
+  void pause() { is_paused_ = true; }
+
   struct News {
     EventKind kind;
     std::string text;

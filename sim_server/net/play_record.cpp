@@ -116,6 +116,12 @@ class RecordServer {
     tell(kind, text + seconds(record_.time_s()));
   }
 
+  // The session would end there, for all: it waits.
+  void go_to_end() {
+    pace_.pause();
+    go_to(record_.end_s(), EventKind::sought, "paused at the end of the record, ");
+  }
+
   void obey(const SessionOrder& order) {
     const auto news = pace_.take(order);
     if (news) tell(news->kind, news->text);
@@ -127,6 +133,7 @@ class RecordServer {
       case OrderKind::begin_anew:
         return go_to(0, EventKind::begun_anew, "the record is shown from its beginning, at ");
       case OrderKind::seek:
+        if (order.sim_time_s >= record_.end_s()) return go_to_end();
         return go_to(order.sim_time_s, EventKind::sought, "the record is shown from ");
       case OrderKind::tell_score:
         return tell(EventKind::score_told, "a record has no score: sim_server replay simulates its inputs");

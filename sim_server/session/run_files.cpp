@@ -79,6 +79,19 @@ int newest_try(const std::string& directory) {
   return attempt;
 }
 
+void refuse_unfinished(const std::string& directory) {
+  const DirectoryLock lock(directory);
+  const std::string newest = try_directory(directory, newest_try(directory));
+  if (!std::filesystem::exists(input_log_path(newest)) || std::filesystem::exists(newest + "/report.json")) return;
+  try {
+    if (!InputLogReader(input_log_path(newest)).next()) return;
+  } catch (const InputError&) {  // nothing that could go on
+    return;
+  }
+  throw InputError(directory + ": holds a session that has not ended: --resume " + directory +
+                   " goes on with it; another --export begins a new one");
+}
+
 int free_try_after(const std::string& directory, int attempt) {
   do ++attempt;
   while (!directory.empty() && std::filesystem::exists(input_log_path(try_directory(directory, attempt))));

@@ -23,6 +23,10 @@ class DirectoryLock {
   int file_ = -1;
 };
 
+// A session that has not ended may go on: its inputs must not be lost. Throws InputError when a directory holds such
+// ones, or is held by another program.
+void refuse_unfinished(const std::string& directory);
+
 // The tries of a session, each begun anew: the first one's files are in the directory itself, those of the others in
 // try_2, try_3, ... in it. Empty: the session leaves nothing behind.
 std::string try_directory(const std::string& directory, int attempt);

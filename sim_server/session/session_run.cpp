@@ -18,7 +18,7 @@ constexpr int kMostCost = 50;             // a checkpoint takes this thread for 
 }  // namespace
 
 SessionRun::SessionRun(const Scene& scene, const std::string& directory, bool fresh)
-    : scene_(scene), directory_(directory), lock_(directory), simulation_(scene) {
+    : scene_(scene), directory_(directory), lock_(std::make_shared<DirectoryLock>(directory)), simulation_(scene) {
   begin();
   if (!scene.file.empty()) header_.scene = std::filesystem::absolute(scene.file).string();
   for (const BodySpec& body : scene.bodies) header_.bodies.push_back(body.name);

@@ -85,6 +85,9 @@ TEST_F(Orders, a_session_that_is_begun_anew_ends_like_the_first_and_keeps_the_fi
   do ASSERT_TRUE(server->wait_for_next(" cuts")) << server->output();
   while (cuts_told_by(*server) == 0);
   give("anew");
+  const auto another = program("sim_server", in_session({"--scene", kScene, "--export", file("out")}));
+  EXPECT_EQ(another->exit_code(), kExitBadInput) << another->output();
+  EXPECT_NE(another->output().find("another run writes there"), std::string::npos) << another->output();
   expect_equal_at_the_end(*screen);
   EXPECT_EQ(server->exit_code(), 0) << server->output();
   EXPECT_GT(json("out/report.json")["bodies"][0]["revision"], 0) << "the first try";

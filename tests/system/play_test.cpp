@@ -71,6 +71,11 @@ TEST_F(Play, goes_to_any_moment_of_a_record_and_ends_as_it_did) {
   EXPECT_NEAR(shown_s(), 0.5, 0.1);
   give("seek", {"--to-s", "3"});
   EXPECT_NEAR(shown_s(), 3, 0.1);
+  give("go-on");
+  give("seek", {"--to-s", "1e9"});
+  EXPECT_TRUE(server->wait_for("paused at the end of the record")) << server->output();
+  give("seek", {"--to-s", "3"});
+  EXPECT_NEAR(shown_s(), 3, 0.1) << "nobody has lost the session";
   give("speed", {"--factor", "10"});
   give("go-on");
   expect_equal_at_the_end(*screen);

@@ -178,6 +178,17 @@ TEST_F(Resume, a_session_is_played_again_for_viewers_and_branches_off_at_an_earl
   EXPECT_EQ(std::filesystem::file_size(file("out/inputs")), size);
 }
 
+TEST_F(Resume, the_same_command_after_a_crash_does_not_overwrite_the_session) {
+  const auto first = program("sim_server", in_session({"--scene", kScene, "--export", file("out"), "--play-traces"}));
+  ASSERT_TRUE(first->wait_for("1.00 s simulated")) << first->output();
+  kill(*first);
+  const auto bytes = std::filesystem::file_size(file("out/inputs"));
+  const auto again = program("sim_server", in_session({"--scene", kScene, "--export", file("out"), "--play-traces"}));
+  EXPECT_EQ(again->exit_code(), kExitBadInput) << again->output();
+  EXPECT_NE(again->output().find("--resume " + file("out") + " goes on with it"), std::string::npos) << again->output();
+  EXPECT_EQ(std::filesystem::file_size(file("out/inputs")), bytes);
+}
+
 TEST_F(Resume, a_session_that_another_server_holds_is_not_resumed) {
   auto server = begin({"--play-traces", "--endless"});
   ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
