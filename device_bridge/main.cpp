@@ -64,9 +64,9 @@ bool parse(int argc, char** argv, Options& o) {
                    "the largest speed of devices wish, gamepad and mouse; faster motion is followed at this speed");
   arguments.option("--tool-id", o.tool_id, "index of the tool in the server's scene");
   add_network_arguments(arguments, o.network, "session to join; empty: the only one of the domain");
-  arguments.option(
-      "--log", o.log_file,
-      "CSV file for pose, force, age of the model and overruns of every tick; it can be played as a trace");
+  arguments.option("--log", o.log_file,
+                   "CSV file for pose, force, age of the model, overruns and time of waking of every tick; it can be "
+                   "played as a trace");
   arguments.option("--record", o.record_file,
                    "CSV file for the poses of every tick, whatever device it is: a trace, which a scene can play");
   arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: as long as the trace");

@@ -14,6 +14,7 @@
 #include "common/core/write_file.h"
 #include "common/dds/find_session.h"
 #include "render_client/net/client_net.h"
+#include "render_client/net/session_leader.h"
 #include "render_client/net/tip_forces.h"
 #include "render_client/screen.h"
 #include "render_client/view_record.h"
@@ -94,6 +95,15 @@ PanelView panel_of(const Frame& frame, const World& world, const ClientNet& net,
   return panel;
 }
 
+// Gives the orders of the person at the window, in a session that has come so far.
+void lead(SessionLeader& leader, const WindowInput& input, double sim_time_s, bool is_paused) {
+  leader.poll();
+  if (input.pauses) leader.give({.kind = is_paused ? OrderKind::go_on : OrderKind::pause});
+  std::optional<double> to_s = input.goes_to_s;
+  if (input.goes_back) to_s = std::max(0.0, sim_time_s - kBackInTime_s);
+  if (to_s) leader.give({.kind = OrderKind::seek, .sim_time_s = *to_s});
+}
+
 // The report, and a line a body on the standard output. Returns the exit code.
 int conclude(const ViewerOptions& options, World& world, const ClientNet& net, const ViewRecord& record,
              std::optional<HeardRecord>& heard, const std::string& session, bool whole) {
@@ -128,6 +138,8 @@ int view(ViewerOptions options) {
   if (heard) net.record(*heard);
   std::optional<TipForces> forces;
   if (options.window) forces.emplace(options.network);
+  std::optional<SessionLeader> leader;
+  if (options.lead) leader.emplace(options.network);
   World world;
   Frame frame, halted;
   bool was_halted = false;
@@ -155,13 +167,17 @@ int view(ViewerOptions options) {
     const double begun_s = steady_now_s();
     const int missed = static_cast<int>(std::clamp((begun_s - due_s) / interval_s, 0.0, kMaxRepeat_s / interval_s));
     if (!screen.listen()) break;
+    const bool is_paused = net.speed() == 0;
+    if (leader && any) lead(*leader, screen.heard(), frame.sim_time_s, is_paused);
     if (any) {
       if (screen.halted() && !was_halted) halted = frame;
       was_halted = screen.halted();
       Frame& shown = was_halted ? halted : frame;
       if (forces) {
         forces->poll(steady_now_s());
-        screen.set_panel(panel_of(shown, world, net, *forces));
+        PanelView panel = panel_of(shown, world, net, *forces);
+        if (leader && !world.session_end()) panel.lead = PanelView::Lead{frame.sim_time_s, is_paused};
+        screen.set_panel(std::move(panel));
       }
       screen.show(shown, missed, record.pictures_per_s());
       record.add(steady_now_s(), steady_now_s() - begun_s, frame, is_new);

@@ -60,10 +60,10 @@ Screen::Screen(const ViewerOptions& options)
 
 bool Screen::listen() {
   if (!window_) return true;
-  const WindowInput input = window_->input();
-  viewpoint_.apply(input);
-  keeps_picture_ = keeps_picture_ || input.keeps_picture;
-  return !input.closes;
+  heard_ = window_->input();
+  viewpoint_.apply(heard_);
+  keeps_picture_ = keeps_picture_ || heard_.keeps_picture;
+  return !heard_.closes;
 }
 
 bool Screen::wants_pixels() const {

@@ -26,6 +26,8 @@ class Screen {
 
   // The person at the window, if there is one. False: they have closed it.
   bool listen();
+  // All that they did, as listen() last heard it.
+  const WindowInput& heard() const { return heard_; }
   bool halted() const { return viewpoint_.halted(); }
   // The session's part of the panel over the next picture; the view's part is added.
   void set_panel(PanelView panel) { panel_ = std::move(panel); }
@@ -45,6 +47,7 @@ class Screen {
   const ViewerOptions& options_;
   std::unique_ptr<Window> window_;
   Viewpoint viewpoint_;
+  WindowInput heard_;
   PanelView panel_;
   bool keeps_picture_ = false, is_whole_ = true;
   std::optional<SectionPlane> section_;  // without a window

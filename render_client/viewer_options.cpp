@@ -40,6 +40,7 @@ void check(ViewerOptions& o) {
   for (const auto& [given, flag] : {std::pair{o.full_screen, "--full-screen"},
                                     {o.display != 0, "--display"},
                                     {o.no_panel, "--no-panel"},
+                                    {o.lead, "--lead"},
                                     {o.canvas == "window", "--canvas window"}})
     if (given && !o.window) throw InputError(std::string(flag) + ": only with --window");
   if (o.canvas == "window" && !(o.video_file.empty() && o.sheet_file.empty()))
@@ -64,6 +65,8 @@ bool parse(int argc, char** argv, ViewerOptions& o) {
   arguments.toggle("--window", o.window, "a window on this desktop, whose view the mouse turns");
   arguments.toggle("--full-screen", o.full_screen, "the window covers its display");
   arguments.toggle("--no-panel", o.no_panel, "the window begins without its panel; H shows it");
+  arguments.toggle("--lead", o.lead,
+                   "the person at the window leads the session: pauses it and goes to an earlier time");
   arguments.option("--display", o.display, "display on which the window opens, from 0");
   arguments.option("--out", o.directory, "directory for the pictures (PNG); empty: none are written");
   arguments.option("--video", o.video_file, "file for a video (MP4)");

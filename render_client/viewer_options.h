@@ -20,7 +20,7 @@ struct ViewerOptions {
   double duration_s = 0;
   int samples = 1, display = 0;
   bool wireframe = false, section = false, no_overlay = false, fit_camera = false, no_pictures = false, stereo = false,
-       window = false, full_screen = false, no_panel = false;
+       window = false, full_screen = false, no_panel = false, lead = false;
   Stereo eyes;
   int width_px = 0, height_px = 0;
   std::optional<Vec3> eye_world_m, target_world_m;

@@ -15,6 +15,7 @@ namespace {
 constexpr std::uint64_t kMostMcapRecordBytes = 1ull << 30;
 constexpr std::uint64_t kMostChunkBytes = 1ull << 26;  // unpacked: the largest message is a quarter of it
 constexpr std::size_t kRecordHead = 9;                 // opcode, length
+constexpr std::size_t kIndexHead = 6, kDataEnd = 4;    // content
 
 // A text of a record; nothing when the record ends before it.
 std::optional<std::string> text_in(std::span<const std::uint8_t>& rest) {
@@ -24,6 +25,11 @@ std::optional<std::string> text_in(std::span<const std::uint8_t>& rest) {
   const std::span<const std::uint8_t> text = rest.subspan(4, size);
   rest = rest.subspan(4 + std::size_t{size});
   return std::string(text.begin(), text.end());
+}
+
+// An index begins with its channel and the size of the rest. False: its kind or its length is damaged.
+bool is_index(std::span<const std::uint8_t> begin, std::uint64_t length) {
+  return begin.size() >= kIndexHead && ByteReader(begin.subspan(2)).get<std::uint32_t>() == length - kIndexHead;
 }
 
 }  // namespace
@@ -39,7 +45,7 @@ McapReader::McapReader(const std::string& path) : file_(path, std::ios::binary |
   if (!file_ || file_.tellg() < 0) throw InputError(path + ": can't be read");
   size_ = static_cast<std::uint64_t>(file_.tellg());
   if (!is_mcap(path)) throw InputError(path + ": not an MCAP file");
-  at_ = kMcapMagic.size();
+  at_ = before_ = kMcapMagic.size();
   file_.seekg(static_cast<std::streamoff>(at_));
 }
 
@@ -77,30 +83,83 @@ std::optional<McapReader::Head> McapReader::read_head() {
   return Head{op, length};
 }
 
+// A chunk that is packed says so at a place of its head, which is looked for; what stands around it must agree.
+std::optional<std::uint64_t> McapReader::find_chunk(std::uint64_t from) {
+  constexpr std::array<std::uint8_t, 8> kPacked{4, 0, 0, 0, 'z', 's', 't', 'd'};
+  constexpr std::size_t kBefore = kRecordHead + 28, kHead = kBefore + kPacked.size() + 8;
+  constexpr std::size_t kBlock = 1u << 20;
+  for (; size_ > from && size_ - from >= kHead; from += kBlock - kHead) {
+    file_.clear();
+    file_.seekg(static_cast<std::streamoff>(from));
+    if (!read(std::min<std::uint64_t>(kBlock, size_ - from))) return std::nullopt;
+    for (auto found = record_.begin();; ++found) {
+      found = std::search(found, record_.end(), kPacked.begin(), kPacked.end());
+      if (found == record_.end()) break;
+      const auto at = static_cast<std::size_t>(found - record_.begin());
+      if (at < kBefore || record_.size() - at < kHead - kBefore) continue;
+      const std::span<const std::uint8_t> block = record_;
+      ByteReader head(block.subspan(at - kBefore)), size(block.subspan(at + kPacked.size()));
+      const auto op = head.get<std::uint8_t>();
+      const auto length = head.get<std::uint64_t>();
+      const std::uint64_t place = from + at - kBefore;
+      if (op == static_cast<std::uint8_t>(McapOp::chunk) && length <= size_ - place - kRecordHead &&
+          length == size.get<std::uint64_t>() + kHead - kRecordHead)
+        return place;
+    }
+    if (size_ - from <= kBlock) break;
+  }
+  return std::nullopt;
+}
+
+// Goes from a record that contradicts itself, or the one before it, to the next chunk. Without a head, it is the one
+// before it whose length is wrong if it reaches beyond that chunk.
+bool McapReader::pass_damage(bool has_head) {
+  const std::optional<std::uint64_t> place = at_ < size_ ? find_chunk(before_ + 1) : std::nullopt;
+  if (!place) return false;
+  if (!passed_damage_) passed_damage_ = has_head || *place < at_ ? before_ : at_;
+  at_ = before_ = *place;
+  return true;
+}
+
+// Takes what the head of a chunk, its index or a channel tells. False: the record contradicts itself.
+bool McapReader::look_at(const Head& head, std::optional<Chunk>& chunk, std::vector<std::uint16_t>& channels) {
+  constexpr std::size_t kBeforeContent = 16;  // times of a chunk; channel, number and time of a message
+  const auto op = static_cast<McapOp>(head.op);
+  if (op == McapOp::message || op == McapOp::chunk) {
+    if (head.length < kBeforeContent || !read(kBeforeContent)) return false;
+    ByteReader in(record_);
+    if (op == McapOp::message) channels.push_back(in.get<std::uint16_t>()), in.get<std::uint32_t>();
+    chunk = Chunk{at_, in.get<std::uint64_t>(), 0, {}};
+    chunk->last_ns = op == McapOp::message ? chunk->first_ns : in.get<std::uint64_t>();
+  } else if (op == McapOp::message_index) {
+    if (head.length < kIndexHead || !read(kIndexHead) || !is_index(record_, head.length)) return false;
+    channels.push_back(ByteReader(record_).get<std::uint16_t>());
+  } else if (op == McapOp::data_end) {
+    return head.length == kDataEnd;
+  } else if (op == McapOp::channel) {
+    return read(head.length) && take({head.op, record_});
+  }
+  return true;
+}
+
 std::optional<McapReader::Chunk> McapReader::next_chunk() {
   std::optional<Chunk> chunk;
   std::vector<std::uint16_t> channels;
+  bool behind_chunk = false;  // nothing but its index since
   while (!finished_) {
+    file_.clear();
     file_.seekg(static_cast<std::streamoff>(at_));
     const std::optional<Head> head = read_head();
-    if (!head) break;
-    const auto op = static_cast<McapOp>(head->op);
-    const bool is_message = op == McapOp::message;
-    if (is_message || op == McapOp::chunk) {
-      constexpr std::size_t kBeforeContent = 16;  // times of a chunk; channel, number and time of a message
-      if (chunk || head->length < kBeforeContent || !read(kBeforeContent)) break;
-      ByteReader in(record_);
-      if (is_message) channels.push_back(in.get<std::uint16_t>()), in.get<std::uint32_t>();
-      chunk = Chunk{at_, in.get<std::uint64_t>(), 0, {}};
-      chunk->last_ns = is_message ? chunk->first_ns : in.get<std::uint64_t>();
-    } else if (op == McapOp::message_index && chunk && head->length >= 2) {
-      if (!read(2)) break;
-      channels.push_back(ByteReader(record_).get<std::uint16_t>());
-    } else if (op == McapOp::channel && (!read(head->length) || !take({head->op, record_}))) {
+    const auto op = head ? static_cast<McapOp>(head->op) : McapOp::footer;
+    if (chunk && (op == McapOp::message || op == McapOp::chunk)) break;
+    const bool is_astray = op == McapOp::message_index && !behind_chunk;
+    if (head && !is_astray && look_at(*head, chunk, channels)) {
+      behind_chunk = op == McapOp::chunk || op == McapOp::message_index;
+      finished_ = op == McapOp::data_end;
+      before_ = std::exchange(at_, at_ + kRecordHead + head->length);
+    } else if (chunk || !pass_damage(head.has_value())) {
       break;
     }
-    finished_ = op == McapOp::data_end;
-    at_ += kRecordHead + head->length;
   }
   if (!chunk) return std::nullopt;
   const auto is_known = [&](std::uint16_t channel) { return topics_.contains(channel); };
@@ -111,15 +170,16 @@ std::optional<McapReader::Chunk> McapReader::next_chunk() {
   return chunk;
 }
 
-// A channel is described in the first chunk with a message of it; a chunk may have no index.
+// The channels of a chunk may be described in it alone, and it may have no index.
 std::vector<std::string> McapReader::topics_in(std::uint64_t place) {
-  const std::uint64_t at = at_;
+  const std::uint64_t at = at_, before = before_;
   const bool finished = finished_;
   std::vector<std::string> topics;
   go_to(place);
   for (auto message = next(); message && place_ == place; message = next())
     if (std::ranges::find(topics, message->topic) == topics.end()) topics.push_back(message->topic);
   go_to(at);
+  before_ = before;
   finished_ = finished;
   return topics;
 }
@@ -130,6 +190,13 @@ bool McapReader::read_more() {
   const std::optional<Head> head = read_head();
   if (!head || !read(head->length)) return false;
   const auto [op, length] = *head;
+  const bool indexes = op == static_cast<std::uint8_t>(McapOp::message_index);
+  if (indexes && !is_index(record_, length)) return false;
+  if (indexes && !behind_chunk_) {
+    at_ = place_;  // the record before it was a chunk once
+    return false;
+  }
+  behind_chunk_ = indexes || op == static_cast<std::uint8_t>(McapOp::chunk);
   if (op == static_cast<std::uint8_t>(McapOp::chunk)) {
     if (!open_chunk(record_)) {
       chunk_.clear();
@@ -146,7 +213,8 @@ bool McapReader::read_more() {
 }
 
 void McapReader::go_to(std::uint64_t place) {
-  at_ = place;
+  at_ = before_ = place;
+  behind_chunk_ = false;
   file_.clear();
   file_.seekg(static_cast<std::streamoff>(at_));
   chunk_.clear();
@@ -214,7 +282,8 @@ bool McapReader::take(const Record& record) {
       in.get<std::uint32_t>();
       const auto time_ns = in.get<std::uint64_t>();
       rest = rest.subspan(kBeforeData);
-      message_ = Message{topics_[channel], time_ns, {rest.begin(), rest.end()}};
+      const auto topic = topics_.find(channel);
+      message_ = Message{topic == topics_.end() ? "" : topic->second, time_ns, {rest.begin(), rest.end()}};
       return true;
     }
     case McapOp::metadata: {
@@ -230,8 +299,8 @@ bool McapReader::take(const Record& record) {
       return true;
     }
     case McapOp::data_end:
-      finished_ = true;
-      return true;
+      finished_ = rest.size() == kDataEnd;
+      return finished_;
     default:
       return true;
   }

@@ -72,7 +72,8 @@ struct McapWriter::State {
   std::uint64_t at = 0;
   bool failed = false, finished = false;
 
-  ByteWriter records;  // records of the open chunk
+  ByteWriter records;  // records of the open chunk: all channels first, for readers that have lost another chunk
+  std::size_t channel_bytes = 0;  // how many of the open chunk name topics of earlier chunks
   TimeRange chunk_range, range;
   std::map<std::uint16_t, ByteWriter> index;  // by channel: times and offsets in the chunk
 
@@ -153,14 +154,16 @@ bool McapWriter::add(std::uint16_t channel, std::uint64_t time_ns, std::span<con
   put_record(s.records, McapOp::message, message);
   s.chunk_range.add(time_ns);
   s.range.add(time_ns);
-  if (s.records.bytes().size() >= s.chunk_bytes) s.write_chunk();
+  if (s.records.bytes().size() >= s.chunk_bytes + s.channel_bytes) s.write_chunk();
   return !s.failed;
 }
 
 void McapWriter::State::write_chunk() {
+  if (!chunk_range.any) return;
   const std::vector<std::uint8_t> raw = records.take();
   records = {};
-  if (raw.empty()) return;
+  records.put_bytes(summary_channels.bytes());
+  channel_bytes = summary_channels.bytes().size();
   std::vector<std::uint8_t> packed(ZSTD_compressBound(raw.size()));
   packed.resize(ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(), kZstdLevel));
   ByteWriter chunk;

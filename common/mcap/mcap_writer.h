@@ -1,5 +1,6 @@
 // Writes MCAP files (https://mcap.dev/spec), which tools of others read: chunks of messages, compressed with zstd, with
-// an index at the end. A file that was never finished is torn behind its last chunk; readers take what is before.
+// an index at the end. A file that was never finished is torn behind its last chunk; readers take what is before. Each
+// chunk names all topics so far, so that it can be read where another one is damaged.
 #pragma once
 
 #include <cstdint>

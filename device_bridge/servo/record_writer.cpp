@@ -10,7 +10,7 @@ namespace sectio {
 namespace {
 
 constexpr const char* kLogColumns =
-    ",force_x_world_n,force_y_world_n,force_z_world_n,model_age_s,state,server_silent,overruns\n";
+    ",force_x_world_n,force_y_world_n,force_z_world_n,model_age_s,state,server_silent,overruns,woke_after_s\n";
 
 const char* to_string(ContactState state) {
   switch (state) {
@@ -72,6 +72,8 @@ void RecordWriter::write(const ServoRecord& record) {
   line_ += to_string(record.state);
   line_ += record.server_silent ? ",1," : ",0,";
   append(line_, record.overruns);
+  line_ += ',';
+  append(line_, record.woke_after_s);
   line_ += '\n';
   log_.append(line_);
 }

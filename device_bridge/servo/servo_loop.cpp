@@ -23,7 +23,7 @@ void sleep_until(std::int64_t due_ns) {
   }
 }
 
-void tick_once(Device& device, ServoLink& link, ServoState& state, ServoLog& log, double now_s,
+void tick_once(Device& device, ServoLink& link, ServoState& state, ServoLog& log, double now_s, double woke_after_s,
                std::uint64_t overruns) {
   ContactModel model;
   const bool fresh = link.latest_model(model);
@@ -36,6 +36,7 @@ void tick_once(Device& device, ServoLink& link, ServoState& state, ServoLog& log
   }
   ServoRecord record = state.tick(now_s, pose, fresh ? &model : nullptr);
   record.sample.opening_rad = device.opening_rad(now_s);
+  record.woke_after_s = woke_after_s;
   record.overruns = overruns;
   device.apply(record.force_world_n);
   device.apply_moment(record.moment_world_n_m);
@@ -54,12 +55,13 @@ void run_servo(Device& device, ServoLink& link, ServoState& state, ServoLog& log
   for (std::int64_t tick = 0; !stop.load(std::memory_order_relaxed); ++tick) {
     const std::int64_t due_ns = start_ns + tick * timing.period_ns;
     sleep_until(due_ns);
-    const std::int64_t missed = (monotonic_ns() - due_ns) / timing.period_ns;
+    const std::int64_t late_ns = monotonic_ns() - due_ns, missed = late_ns / timing.period_ns;
     overruns += static_cast<std::uint64_t>(missed);
     tick += missed;
     const double now_s = static_cast<double>(tick) * period_s;
     if (now_s > timing.duration_s || device.finished(now_s)) break;
-    tick_once(device, link, state, log, now_s, overruns);
+    const double woke_after_s = static_cast<double>(late_ns % timing.period_ns) / static_cast<double>(kSecond_ns);
+    tick_once(device, link, state, log, now_s, woke_after_s, overruns);
   }
   device.apply(Vec3::Zero());
   device.apply_moment(Vec3::Zero());

@@ -27,6 +27,7 @@ struct ServoRecord {
   ContactState state = ContactState::free;
   bool server_silent = false;  // the watchdog controls the force
   std::uint64_t overruns = 0;  // ticks missed so far
+  double woke_after_s = 0;     // from the tick's time to when the loop really woke; less than a period
 };
 
 class ServoState {

@@ -44,6 +44,8 @@ class ClientNet {
   // The age of states when they are taken; empty before the server's clock is known.
   std::optional<double> state_age_s() const;
   const Equality& equality() const { return equality_; }
+  // The speed of the session as a server last told it: 0 in a pause, 1 before it is known.
+  double speed() const { return speed_; }
 
  private:
   struct Wire;
@@ -59,6 +61,7 @@ class ClientNet {
   std::deque<SessionEvent> events_;
   Equality equality_;
   std::uint64_t messages_ = 0;
+  double speed_ = 1;
 
   std::string name_;
   LinkMeter meter_;

@@ -2,6 +2,8 @@
 
 #include <imgui.h>
 
+#include <algorithm>
+
 #include "render_client/draw/colour_map.h"
 
 namespace sectio {
@@ -28,6 +30,23 @@ void show_session(const PanelView& view) {
   if (!view.state_age_s) return;
   ImGui::SameLine();
   ImGui::Text("  states %.0f ms old", 1e3 * *view.state_age_s);
+}
+
+// The slider follows the session's time until it is dragged, and orders when it is let go.
+void show_lead(const PanelView::Lead& lead, WindowInput& input) {
+  constexpr float kFollows = -1;
+  const auto now_s = static_cast<float>(lead.sim_time_s);
+  ImGuiStorage& kept = *ImGui::GetStateStorage();
+  const ImGuiID dragged = ImGui::GetID("dragged to, s");
+  float to_s = kept.GetFloat(dragged, kFollows);
+  if (to_s == kFollows) to_s = now_s;
+  ImGui::SliderFloat("go to", &to_s, 0, std::max(1.0f, now_s), "%.1f s",
+                     ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput);
+  if (ImGui::IsItemDeactivatedAfterEdit()) input.goes_to_s = static_cast<double>(to_s);
+  kept.SetFloat(dragged, ImGui::IsItemActive() ? to_s : kFollows);
+  input.goes_back = ImGui::Button("10 s back (Backspace)");
+  ImGui::SameLine();
+  input.pauses = ImGui::Button(lead.is_paused ? "Go on (Enter)" : "Pause (Enter)");
 }
 
 void show_bodies(const PanelView& view) {
@@ -110,6 +129,7 @@ PanelShown show_panel(const PanelView& view) {
   ImGui::SetNextWindowBgAlpha(0.75f);
   ImGui::Begin("Panel (H hides it)", nullptr, ImGuiWindowFlags_NoResize);
   show_session(view);
+  if (view.lead) show_lead(*view.lead, shown.input);
   show_bodies(view);
   ImGui::Separator();
   if (!view.instruments.empty()) {

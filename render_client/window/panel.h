@@ -25,7 +25,13 @@ struct PanelView {
     std::optional<double> force_n = {};  // at its tip; empty: nothing has been heard of it
   };
 
+  struct Lead {
+    double sim_time_s = 0;  // how far the session has come
+    bool is_paused = false;
+  };
+
   std::string session;
+  std::optional<Lead> lead = {};  // empty: the person at the window doesn't lead
   double sim_time_s = 0;
   double step_wall_time_s = 0;
   double pictures_per_s = 0;

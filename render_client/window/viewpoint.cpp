@@ -12,14 +12,16 @@ void WindowInput::add(const WindowInput& later) {
   move_up += later.move_up;
   nearer *= later.nearer;
   section_nearer_m += later.section_nearer_m;
-  for (bool WindowInput::*toggle : {&WindowInput::halts, &WindowInput::wireframe, &WindowInput::full_screen,
-                                    &WindowInput::stereo, &WindowInput::panel, &WindowInput::section})
+  for (bool WindowInput::*toggle :
+       {&WindowInput::halts, &WindowInput::wireframe, &WindowInput::full_screen, &WindowInput::stereo,
+        &WindowInput::panel, &WindowInput::section, &WindowInput::pauses})
     this->*toggle = this->*toggle != later.*toggle;
-  for (bool WindowInput::*wish :
-       {&WindowInput::home, &WindowInput::keeps_picture, &WindowInput::closes, &WindowInput::next_field})
+  for (bool WindowInput::*wish : {&WindowInput::home, &WindowInput::keeps_picture, &WindowInput::closes,
+                                  &WindowInput::next_field, &WindowInput::goes_back})
     this->*wish = this->*wish || later.*wish;
   if (later.follows) follows = later.follows;
   if (later.field) field = later.field;
+  if (later.goes_to_s) goes_to_s = later.goes_to_s;
 }
 
 void Viewpoint::apply(const WindowInput& input) {

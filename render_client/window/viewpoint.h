@@ -13,6 +13,8 @@
 
 namespace sectio {
 
+constexpr double kBackInTime_s = 10;  // simulated
+
 // All that a person has done at a window since it was last asked.
 struct WindowInput {
   double turn_right_rad = 0, turn_up_rad = 0;
@@ -29,6 +31,10 @@ struct WindowInput {
   std::optional<std::size_t> follows = {};  // this instrument, or no longer
   bool next_field = false;                  // published by bodies; behind the last one comes tissue
   std::optional<std::string> field = {};    // this one; empty: tissue
+  // Orders of somebody who leads the session; a viewpoint leaves them to the program.
+  bool pauses = false;                   // the session, or lets it go on
+  bool goes_back = false;                // by kBackInTime_s
+  std::optional<double> goes_to_s = {};  // this simulated time
 
   void add(const WindowInput& later);
 };

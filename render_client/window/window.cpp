@@ -109,6 +109,8 @@ void Window::State::press(SDL_Keycode key, WindowInput& input) const {
   if (key == SDLK_p) input.keeps_picture = true;
   if (key == SDLK_HOME) input.home = true;
   if (key == SDLK_ESCAPE) input.closes = true;
+  if (key == SDLK_BACKSPACE) input.goes_back = true;
+  if (key == SDLK_RETURN || key == SDLK_KP_ENTER) input.pauses = !input.pauses;
 }
 
 void Window::State::drag(const SDL_MouseMotionEvent& motion, WindowInput& input) const {
@@ -163,9 +165,9 @@ void Window::show(const Image& image, const PanelView* panel) {
 
 const char* Window::help() {
   return "drag: turn; right button or Shift: move; wheel: nearer; 1 to 9: follow an instrument; Space: halt the "
-         "picture; "
-         "W: wireframe; C: section, which PageUp and PageDown move; V: colours; S: stereo; P: keep a picture; F: full "
-         "screen; H: panel; Home: first view; Escape: end";
+         "picture; W: wireframe; C: section, which PageUp and PageDown move; V: colours; S: stereo; P: keep a picture; "
+         "F: full screen; H: panel; Home: first view; Escape: end; with --lead, Enter: pause the session, Backspace: "
+         "ten seconds back";
 }
 
 }  // namespace sectio

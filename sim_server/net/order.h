@@ -1,5 +1,6 @@
 // Gives an order to the servers of a session: `sim_server tilt`, `pause`, `go-on`, `freeze`, `thaw`, `speed`,
-// `anew`, `score`, `seek`. Viewers don't write that topic.
+// `anew`, `score`, `seek`. A viewer writes that topic where its person leads
+// the session (render_client --lead).
 #pragma once
 
 #include "common/dds/participant.h"

@@ -22,20 +22,28 @@ double time_of(const McapReader::Message& message) {
 
 PlayedRecord::PlayedRecord(const std::string& path) : path_(path), reader_(path) {
   const std::string scene = qos_of<SceneInfo>().name;
+  std::optional<std::uint64_t> lost;
   while (const auto chunk = reader_.next_chunk()) {
     end_s_ = std::max(end_s_, seconds(chunk->last_ns));
+    if (chunk->topics.empty() && !lost) lost = chunk->place;
     if (std::ranges::find(chunk->topics, scene) != chunk->topics.end())
       places_.push_back({seconds(chunk->first_ns), chunk->place});
   }
+  if (const auto passed = reader_.passed_damage()) lost = std::min(lost.value_or(*passed), *passed);
   is_damaged_ = reader_.at() < reader_.size() && !reader_.is_finished();
   if (is_damaged_)
     tell_damage(reader_.at(), "read as far as it is whole");
   else if (!reader_.is_finished())
     log_warning(path_ + ": " + kNoEnd);
-  if (places_.empty()) throw InputError(path_ + ": a record without a scene");
-  begin_at(places_.front());
+  const std::string damage = lost ? path_ + ": damaged at byte " + std::to_string(*lost) : path_;
+  if (places_.empty()) throw InputError(damage + ": a record without a scene");
+  begin(places_.front());
   while (next_ && !world_.can_be_shown()) take_next();
-  if (!world_.can_be_shown()) throw InputError(path_ + ": a record without the bodies of its scene");
+  if (!world_.can_be_shown()) throw InputError(damage + ": a record without the bodies of its scene");
+  if (!lost || *lost > places_.front().at) return;
+  is_damaged_ = true;
+  tell_damage(*lost, formatted("what is before %.2f s is not shown, nor read up to byte %llu", time_s_,
+                               static_cast<unsigned long long>(places_.front().at)));
 }
 
 void PlayedRecord::begin_at(const Place& place) {
@@ -43,6 +51,15 @@ void PlayedRecord::begin_at(const Place& place) {
   world_ = PlayedWorld();
   time_s_ = place.sim_time_s;
   next_ = reader_.next();
+}
+
+void PlayedRecord::begin(const Place& place) {
+  begin_at(place);
+  if (stands_at_damage()) pass_damage();
+}
+
+bool PlayedRecord::stands_at_damage() const {
+  return !next_ && !reader_.is_finished() && reader_.at() < reader_.size();
 }
 
 void PlayedRecord::step_on() {
@@ -53,7 +70,7 @@ void PlayedRecord::step_on() {
 
 void PlayedRecord::take_next() {
   step_on();
-  if (!next_ && !reader_.is_finished() && reader_.at() < reader_.size()) pass_damage();
+  if (stands_at_damage()) pass_damage();
 }
 
 void PlayedRecord::tell_damage(std::uint64_t at, const std::string& what) {
@@ -71,7 +88,8 @@ void PlayedRecord::pass_damage() {
     begin_at(place);
     while (next_ && !world_.can_be_shown()) step_on();
     if (!world_.can_be_shown()) continue;
-    tell_damage(at, formatted("it goes on at %.2f s", time_s_));
+    tell_damage(at, formatted("%.2f s to %.2f s, up to byte %llu, are not shown", before_s, time_s_,
+                              static_cast<unsigned long long>(place.at)));
     return world_.begin_elsewhere();
   }
   world_ = std::move(before);
@@ -90,7 +108,7 @@ void PlayedRecord::seek(double sim_time_s) {
   auto after = std::ranges::find_if(places_, [&](const Place& place) { return place.sim_time_s > sim_time_s; });
   do {
     if (after != places_.begin()) --after;
-    begin_at(*after);
+    begin(*after);
     advance(sim_time_s);
   } while (!world_.can_be_shown() && after != places_.begin());
   while (next_ && !world_.can_be_shown()) take_next();

@@ -31,6 +31,8 @@ class PlayedRecord {
     std::uint64_t at;
   };
   void begin_at(const Place& place);
+  void begin(const Place& place);
+  bool stands_at_damage() const;
   void take_next();
   void step_on();
   void pass_damage();

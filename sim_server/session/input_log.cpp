@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cinttypes>
 #include <condition_variable>
 #include <cstring>
 #include <map>
@@ -16,6 +17,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/delta/bytes.h"
 #include "common/delta/checksum.h"
 #include "common/messages/codec.h"
@@ -130,8 +132,13 @@ void InputLogReader::open_record() {
   record_ = std::make_unique<McapReader>(path_);
   pending_ = record_->next(kInputTopic);  // the metadata stand before it
   std::optional<InputLogHeader> header;
+  bool has_inputs = false;
   for (const auto& [name, values] : record_->metadata())
-    if (values.contains(kRecordHeader)) header = header_from_json(values.at(kRecordHeader));
+    if (values.contains(kRecordHeader)) {
+      has_inputs = true;
+      header = header_from_json(values.at(kRecordHeader));
+    }
+  if (!header && has_inputs) throw InputError(path_ + ": its beginning is damaged; `sim_server play` shows the rest");
   if (!header) throw InputError(path_ + ": a record without the inputs of a session; `sim_server play` shows it");
   header_ = std::move(*header);
 }
@@ -141,6 +148,7 @@ std::optional<std::vector<std::uint8_t>> InputLogReader::read() {
     std::optional<McapReader::Message> message = std::exchange(pending_, std::nullopt);
     if (!message) message = record_->next(kInputTopic);
     at_ = record_->at();
+    if (message) time_ns_ = message->time_ns;
     return message ? std::optional(std::move(message->bytes)) : std::nullopt;
   }
   std::uint64_t end = at_;
@@ -159,7 +167,10 @@ std::optional<StepInputs> InputLogReader::next() {
   const std::uint64_t begin = at_;
   const auto bytes = broken_ ? std::nullopt : read();
   auto inputs = bytes ? decode<StepInputs>(*bytes) : std::nullopt;
-  if (inputs && inputs->steps.size() == 1) return inputs;
+  if (inputs && inputs->steps.size() == 1) {
+    last_step_ = inputs->steps.front().step;
+    return inputs;
+  }
   if (!record_) at_ = begin;
   broken_ = true;
   return std::nullopt;
@@ -174,8 +185,12 @@ bool InputLogReader::seek(std::uint64_t byte) {
 
 std::string InputLogReader::damage() const {
   if (at_ == size_ || is_finished()) return {};
-  return path_ + ": damaged at byte " + std::to_string(at_) + ": the last " + std::to_string(size_ - at_) +
-         " bytes are not read";
+  const std::string damaged = path_ + ": damaged at byte " + std::to_string(at_) + ": ";
+  if (!record_) return damaged + "the last " + std::to_string(size_ - at_) + " bytes are not read";
+  return damaged + formatted("what follows step %" PRIu64
+                             ", at %.2f s, can't be simulated again; `sim_server play` shows what "
+                             "is whole of it",
+                             last_step_, 1e-9 * static_cast<double>(time_ns_));
 }
 
 bool InputLogReader::is_torn() {

@@ -60,6 +60,7 @@ class InputLogReader {
   std::unique_ptr<McapReader> record_;  // null: a journal
   std::ifstream file_;
   std::uint64_t size_ = 0, at_ = 0;
+  std::uint64_t last_step_ = 0, time_ns_ = 0;  // last step read; simulated time at which a record tells it
   std::optional<McapReader::Message> pending_;
   bool broken_ = false;  // the file is damaged, or at its end
   InputLogHeader header_;

@@ -95,6 +95,35 @@ TEST_F(Record, that_is_damaged_is_read_as_far_as_it_is_whole_and_that_is_no_succ
   EXPECT_NE(play->output().find("a.mcap: damaged at byte "), std::string::npos) << play->output();
 }
 
+TEST_F(Record, whose_first_chunk_has_a_flipped_bit_shows_the_rest_and_says_what_cant_be_simulated_again) {
+  const auto server = recorded({"--steps", "12500"});
+  ASSERT_EQ(server->exit_code(), 0) << server->output();
+  const std::string at = std::to_string([&] {
+    McapReader reader(file("a.mcap"));
+    const std::uint64_t begin = reader.next_chunk()->place;
+    std::fstream bytes(file("a.mcap"), std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekg(static_cast<std::streamoff>(begin + 1000));
+    const int flipped = bytes.get() ^ 16;
+    bytes.seekp(static_cast<std::streamoff>(begin + 1000));
+    bytes.put(static_cast<char>(flipped));
+    return begin;
+  }());
+  const auto again = replay();
+  EXPECT_EQ(again->exit_code(), 3) << again->output();
+  EXPECT_NE(again->output().find("a.mcap: damaged at byte " + at +
+                                 ": what follows step 0, at 0.00 s, can't be simulated again"),
+            std::string::npos)
+      << again->output();
+  const auto play =
+      program("sim_server", in_session({"play", file("a.mcap"), "--wait-for-viewers", "1", "--speed", "10"}));
+  const auto screen = viewer("screen", {"--no-pictures"});
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(play->exit_code(), 3) << play->output();
+  EXPECT_NE(play->output().find("a.mcap: damaged at byte " + at + ": what is before 10."), std::string::npos)
+      << play->output();
+  EXPECT_EQ(json("screen.json")["bodies"][0]["topology_hash"], hash_of("out"));
+}
+
 TEST_F(Record, of_topology_alone_is_read_as_far_as_it_is_whole) {
   const auto offline = program("sim_server", {"--scene", kScene, "--offline", "--export", file("out")});
   ASSERT_EQ(offline->exit_code(), 0) << offline->output();

@@ -1,4 +1,5 @@
 // Keys (docs/security.md): a session of programs that have them is whole, and nobody else takes part.
+#include <algorithm>
 #include <filesystem>
 
 #include "common/core/error.h"
@@ -18,6 +19,19 @@ class Security : public test::GatewayPrograms {
     EXPECT_EQ(keys.exit_code(), 0) << keys.output();
     return keys.output();
   }
+  // Keys that have expired since: `date` says that it is another day.
+  void make_keys_in_february_2024(Flags flags) const {
+    std::filesystem::create_directory(file("then"));
+    write("then/date",
+          "#!/bin/sh\n"
+          "case \"$*\" in *-d*) exec /usr/bin/date \"$@\" ;; esac\n"
+          "exec /usr/bin/date -d 2024-02-01 \"$@\"\n");
+    std::filesystem::permissions(file("then/date"), std::filesystem::perms::owner_all);
+    flags.insert(flags.begin(),
+                 {"PATH=" + file("then") + ":/usr/bin:/bin", SECTIO_SOURCE_DIR "/deploy/keys", "make", file("keys")});
+    Process keys("/usr/bin/env", flags);
+    EXPECT_EQ(keys.exit_code(), 0) << keys.output();
+  }
   void SetUp() override {
     GatewayPrograms::SetUp();
     run_keys({"make", file("keys"), "server", "standby", "instructor", "observer", "trainee-0", "trainee-1"});
@@ -36,6 +50,17 @@ class Security : public test::GatewayPrograms {
     EXPECT_NE(process.output().find(why), std::string::npos) << process.output();
   }
 };
+
+TEST_F(Security, keys_that_have_expired_already_are_not_made) {
+  for (const char* day : {"yesterday", "2020-02-29", "", "someday"}) {
+    Process keys(SECTIO_SOURCE_DIR "/deploy/keys", {"make", file("keys"), "--until", day, "observer-late"});
+    expect_refused(keys, "keys: --until: ");
+    EXPECT_EQ(std::ranges::count(keys.output(), '\n'), 1) << keys.output();
+    EXPECT_FALSE(std::filesystem::exists(file("keys/observer-late"))) << day;
+  }
+  run_keys({"make", file("keys"), "--until", "today", "observer-late"});
+  EXPECT_NE(run_keys({"list", file("keys")}).find("observer-late "), std::string::npos);
+}
 
 TEST_F(Security, a_session_with_keys_is_whole) {
   const auto server =
@@ -98,7 +123,7 @@ TEST_F(Security, a_trainee_moves_no_instrument_but_the_own_one) {
 }
 
 TEST_F(Security, expired_and_revoked_keys_are_refused_with_one_line) {
-  run_keys({"make", file("keys"), "--until", "2024-02-03", "observer-old"});
+  make_keys_in_february_2024({"--until", "2024-02-03", "observer-old"});
   run_keys({"make", file("keys"), "observer-lost"});
   std::filesystem::copy(file("keys/observer-lost"), file("thief"));
   run_keys({"revoke", file("keys"), "observer-lost"});

@@ -170,6 +170,43 @@ close_window
   EXPECT_GT(by_view, 2 * by_instrument) << "the view moves, and not only the instrument";
 }
 
+// The slider is in one of the first rows of the panel, where nothing else of that column is to be clicked.
+TEST_F(WindowOnDesktop, of_somebody_who_leads_pauses_the_session_and_goes_back_in_time) {
+  const auto server = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--endless",
+                                                        "--wait-for-viewers", "1", "--export", file("out")}));
+  const auto desk = at_a_desk(std::string(kHands) + R"(open_window osmesa --lead
+later 1.5
+xdotool key Return
+until "$bin/sim_server" status "${net[@]}" | grep paused; do :; done
+xdotool key BackSpace
+until [[ -d out/try_2 ]]; do sleep 0.05; done
+xdotool key Return
+while "$bin/sim_server" status "${net[@]}" | grep paused; do :; done
+later 1
+xdotool mousemove 5 5
+for y in $(seq 60 5 200); do
+  xdotool mousemove --window "$window" 120 "$y" sleep 0.1 mousedown 1 sleep 0.1 mouseup 1
+  for i in $(seq 10); do [[ -d out/try_3 ]] && break 2; sleep 0.1; done
+done
+close_window
+)");
+  EXPECT_EQ(desk->exit_code(kWithXvfb), 0) << desk->output();
+  EXPECT_NE(desk->output().find("ended with 0"), std::string::npos) << desk->output();
+  server->send(SIGINT);
+  EXPECT_TRUE(server->exit_code());
+  const std::string said = server->output(), from = "the session goes on from ";
+  EXPECT_EQ(said.find(from), said.find(from + "0.00 s")) << "ten seconds back is before the beginning: " << said;
+  EXPECT_NE(said.rfind(from), said.find(from)) << "the slider: " << said;
+  EXPECT_NE(said.rfind(from), said.rfind(from + "0.00 s")) << "it was in its middle: " << said;
+  EXPECT_EQ(said.find("seek: "), std::string::npos) << "nothing was refused: " << said;
+}
+
+TEST_F(WindowOnDesktop, leads_only_as_a_window) {
+  const auto without = program("render_client", {"--lead", "--no-pictures"});
+  EXPECT_EQ(without->exit_code(), 2) << without->output();
+  EXPECT_NE(without->output().find("--lead: only with --window"), std::string::npos) << without->output();
+}
+
 TEST_P(CanvasOfWindow, covers_the_screen_and_comes_back) {
   const auto server = play();
   output_of("matchbox-window-manager &\nopen_window " + std::string(GetParam()) + R"( --no-panel

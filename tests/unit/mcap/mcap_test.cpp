@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "common/core/error.h"
@@ -41,6 +42,23 @@ class Mcap : public testing::Test {
     return count;
   }
 
+  void flip(std::uint64_t byte, int bit) const {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(static_cast<std::streamoff>(byte));
+    const int flipped = file.get() ^ (1 << bit);
+    file.seekp(static_cast<std::streamoff>(byte));
+    file.put(static_cast<char>(flipped));
+  }
+  std::vector<McapReader::Chunk> chunks() const {
+    McapReader reader(path);
+    std::vector<McapReader::Chunk> all;
+    while (const auto chunk = reader.next_chunk()) {
+      all.push_back(*chunk);
+      std::ranges::sort(all.back().topics);
+    }
+    return all;
+  }
+
   std::string path = testing::TempDir() + "sectio_" + std::to_string(getpid()) + ".mcap";
 };
 
@@ -77,6 +95,32 @@ TEST_F(Mcap, chunks_are_found_by_their_heads_and_lead_to_their_messages) {
     ASSERT_TRUE(message);
     EXPECT_EQ(message->time_ns, some[static_cast<std::size_t>(i)].first_ns);
   }
+}
+
+// The head of a chunk has 53 bytes; its index follows.
+TEST_F(Mcap, chunks_behind_any_flipped_bit_are_found_and_tell_their_topics) {
+  write(200);
+  const std::vector<McapReader::Chunk> whole = chunks();
+  ASSERT_GT(whole.size(), 5u);
+  for (const std::size_t damaged : {0u, 2u})
+    for (std::uint64_t byte = whole[damaged].place; byte < whole[damaged + 1].place; ++byte)
+      for (const int bit : {0, 3, 7}) {
+        flip(byte, bit);
+        const std::vector<McapReader::Chunk> found = chunks();
+        std::size_t missing = 0;
+        for (std::size_t i = 0; i < whole.size(); ++i) {
+          if (i == damaged) continue;
+          const auto same = std::ranges::find(found, whole[i].place, &McapReader::Chunk::place);
+          if (same == found.end() || same->topics != whole[i].topics) ++missing;
+        }
+        ASSERT_EQ(missing, 0u) << "byte " << byte - whole[damaged].place << " of chunk " << damaged << ", bit " << bit;
+        McapReader reader(path);
+        reader.go_to(whole[damaged + 1].place);
+        const auto message = reader.next();
+        ASSERT_TRUE(message);
+        ASSERT_FALSE(message->topic.empty());
+        flip(byte, bit);
+      }
 }
 
 TEST_F(Mcap, of_every_prefix_what_is_whole_is_read) {

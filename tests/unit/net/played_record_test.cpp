@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/record/session_record.h"
@@ -54,6 +55,19 @@ class PlayedRecords : public testing::Test {
     file.seekp(static_cast<std::streamoff>(at));
     file << "damage";
   }
+  void flip(std::uint64_t byte) const {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(static_cast<std::streamoff>(byte));
+    const int flipped = file.get() ^ 4;
+    file.seekp(static_cast<std::streamoff>(byte));
+    file.put(static_cast<char>(flipped));
+  }
+  // The places of the first chunk and of the second.
+  std::pair<std::uint64_t, std::uint64_t> first_chunk() const {
+    McapReader reader(path);
+    const std::uint64_t begin = reader.next_chunk()->place;
+    return {begin, reader.next_chunk()->place};
+  }
   static double shown_s(PlayedRecord& record) { return record.world().news().sim_time_s; }
 
   const std::string path = testing::TempDir() + "sectio_played_" + std::to_string(getpid()) + ".mcap";
@@ -93,6 +107,43 @@ TEST_F(PlayedRecords, what_is_damaged_is_passed_over) {
   EXPECT_NEAR(shown_s(record), 50, 0.03);
   record.seek(35);  // the first that can be shown
   EXPECT_TRUE(record.world().can_be_shown());
+}
+
+// The bits belong to the head of the chunk and to its content. A record has no end when its writer was killed.
+TEST_F(PlayedRecords, one_flipped_bit_in_the_first_chunk_costs_what_is_before_the_next_keyframes) {
+  const auto [begin, end] = first_chunk();
+  for (const bool is_finished : {true, false}) {
+    if (!is_finished) std::filesystem::resize_file(path, std::filesystem::file_size(path) - 40'000);
+    for (const std::uint64_t byte :
+         {begin, begin + 1, begin + 3, begin + 26, begin + 34, begin + 39, begin + 45, begin + 60, (begin + end) / 2}) {
+      flip(byte);
+      testing::internal::CaptureStderr();
+      PlayedRecord record(path);
+      const std::string said = testing::internal::GetCapturedStderr();
+      EXPECT_NE(said.find(path + ": damaged at byte " + std::to_string(begin)), std::string::npos)
+          << "byte " << byte - begin << ": " << said;
+      EXPECT_NE(said.find("10.00 s"), std::string::npos) << said;
+      EXPECT_TRUE(record.is_damaged());
+      record.seek(0);
+      EXPECT_NEAR(shown_s(record), 10, 0.03) << "byte " << byte - begin;
+      record.seek(31.3);
+      EXPECT_NEAR(shown_s(record), 31.3, 0.03);
+      flip(byte);
+    }
+  }
+}
+
+TEST_F(PlayedRecords, that_shows_nothing_says_where_it_is_damaged) {
+  const auto [begin, end] = first_chunk();
+  std::filesystem::resize_file(path, end + 200);
+  flip((begin + end) / 2);
+  try {
+    const PlayedRecord record(path);
+    FAIL() << "it has no second keyframes";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              path + ": damaged at byte " + std::to_string(begin) + ": a record without a scene");
+  }
 }
 
 TEST_F(PlayedRecords, that_ends_in_damage_ends_before_it) {

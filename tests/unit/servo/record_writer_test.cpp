@@ -29,6 +29,8 @@ class RecordWriterTest : public testing::Test {
       record.sample.pose_world = {Vec3(0.1 * i, 1.0 / 3, -1e-9), Eigen::Quaterniond(0.6, 0, 0.8, 0)};
       record.sample.opening_rad = 0.01 * i;
       record.server_silent = i == 3;
+      record.overruns = static_cast<std::uint64_t>(i / 2);
+      record.woke_after_s = 1.25e-4 * i;
       ASSERT_TRUE(records_.push(record));
       moved_.push_back({record.sample.tool_time_s, record.sample.pose_world, record.sample.opening_rad});
     }
@@ -52,6 +54,18 @@ TEST_F(RecordWriterTest, log_and_record_are_the_motion_bit_for_bit) {
   EXPECT_EQ(writer.written(), 5U);
   EXPECT_EQ(load_trace(file("log.csv")), moved_);
   EXPECT_EQ(load_trace(file("record.csv")), moved_);
+}
+
+TEST_F(RecordWriterTest, a_log_tells_last_when_the_loop_woke) {
+  move(4);
+  RecordWriter writer(file("log.csv"));
+  writer.drain(records_);
+  writer.finish();
+  std::ifstream log(file("log.csv"));
+  std::vector<std::string> ends;
+  for (std::string line; std::getline(log, line);) ends.push_back(line.substr(line.rfind(',', line.rfind(',') - 1)));
+  EXPECT_EQ(ends,
+            (std::vector<std::string>{",overruns,woke_after_s", ",0,0", ",0,0.000125", ",1,0.00025", ",1,0.000375"}));
 }
 
 TEST_F(RecordWriterTest, an_older_file_stays_until_something_has_moved) {

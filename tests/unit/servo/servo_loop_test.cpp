@@ -123,6 +123,37 @@ TEST(ServoLoop, counts_overruns) {
   EXPECT_GE(loop.last().overruns, 9U);
 }
 
+// The device is asked right after the loop has woken, and reads the clock then. The loop began between the reading
+// before it and the one that the first waking allows.
+TEST(ServoLoop, tells_when_it_really_woke) {
+  class WakingDevice : public CountingDevice {
+   public:
+    WakingDevice() : CountingDevice(50) { asked_s.reserve(50); }
+    Pose pose_world(double now_s) override {
+      asked_s.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count());
+      return CountingDevice::pose_world(now_s);
+    }
+    std::vector<double> asked_s;
+  } device;
+  Loop loop;
+  const std::chrono::duration<double> before = std::chrono::steady_clock::now().time_since_epoch();
+  loop.run(device);
+  ASSERT_EQ(device.asked_s.size(), 50U);
+  const double earliest_s = before.count();
+  double latest_s = 0;
+  ServoRecord record;
+  for (std::size_t i = 0; loop.log.records.pop(record); ++i) {
+    EXPECT_GE(record.woke_after_s, 0);
+    EXPECT_LT(record.woke_after_s, 0.001);
+    const double woke_s = record.sample.tool_time_s + record.woke_after_s;
+    if (i == 0) latest_s = device.asked_s[0] - woke_s;
+    EXPECT_LE(earliest_s + woke_s, device.asked_s[i]) << "tick " << i << " was asked after its waking";
+    if (i > 0) {
+      EXPECT_GT(latest_s + woke_s, device.asked_s[i - 1]) << "tick " << i << " woke after the one before";
+    }
+  }
+}
+
 TEST(ServoLoop, stops_when_told) {
   CountingDevice device(1'000'000);
   Loop loop;

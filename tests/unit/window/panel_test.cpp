@@ -5,6 +5,8 @@
 #include <imgui.h>
 
 #include <map>
+#include <optional>
+#include <string>
 
 namespace sectio::window_test {
 namespace {
@@ -114,6 +116,50 @@ TEST_F(Panel, a_slider_moves_the_section_nearer_and_deeper) {
     }
   EXPECT_GT(nearest_m, 0.05) << "at its left";
   EXPECT_LT(deepest_m, -0.05) << "at its right";
+}
+
+TEST_F(Panel, offers_time_to_those_who_lead_alone) {
+  EXPECT_FALSE(says("go to"));
+  view.lead = PanelView::Lead{42.5, false};
+  for (const char* words : {"42.5 s", "go to", "10 s back", "Pause"}) EXPECT_TRUE(says(words)) << words;
+  view.lead->is_paused = true;
+  EXPECT_TRUE(says("Go on"));
+  int back = 0, pauses = 0;
+  for (float y_px = 45; y_px < 900; y_px += 5)
+    for (const float x_px : {30.0f, 220.0f}) {
+      const WindowInput input = click(x_px, y_px);
+      back += input.goes_back;
+      pauses += input.pauses;
+    }
+  EXPECT_GT(back, 0);
+  EXPECT_GT(pauses, 0);
+}
+
+TEST_F(Panel, a_slider_that_is_let_go_names_the_time_to_go_to_once_however_the_session_goes_on) {
+  view.lead = PanelView::Lead{100, false};
+  frame();
+  ImGuiIO& io = ImGui::GetIO();
+  io.ConfigWindowsMoveFromTitleBarOnly = true;  // a drag beside the slider leaves the panel in its place
+  std::optional<double> gone_s;
+  for (float y_px = 45; y_px < 300 && !gone_s; y_px += 5) {
+    io.MousePos = {180, y_px};
+    frame();
+    io.MouseDown[0] = true;
+    int orders = frame().goes_to_s.has_value();
+    for (const float x_px : {150.0f, 90.0f, 75.0f, 75.0f}) {
+      io.MousePos.x = x_px;
+      view.lead->sim_time_s += 0.02;
+      orders += frame().goes_to_s.has_value();
+    }
+    EXPECT_EQ(orders, 0) << "the button is down";
+    io.MouseDown[0] = false;
+    gone_s = frame().goes_to_s;
+    EXPECT_FALSE(frame().goes_to_s);
+  }
+  ASSERT_TRUE(gone_s);
+  EXPECT_GT(*gone_s, 15) << "a third of the way";
+  EXPECT_LT(*gone_s, 45);
+  EXPECT_TRUE(says(std::to_string(view.lead->sim_time_s).substr(0, 5) + " s")) << "it follows the session again";
 }
 
 TEST_F(Panel, tells_where_it_is_and_takes_no_keys) {
