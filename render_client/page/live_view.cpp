@@ -11,7 +11,7 @@ namespace sectio {
 namespace {
 
 // Programs that move an instrument now; two of them are one too many.
-std::size_t hands_on(const std::string& tool, std::span<const ServerStatus* const> statuses) {
+std::uint64_t hands_on(const std::string& tool, std::span<const ServerStatus* const> statuses) {
   std::set<std::uint64_t> hands;
   for (const ServerStatus* status : statuses)
     for (const LinkReport& report : status->link_reports)
