@@ -121,6 +121,9 @@ class Page {
     return this.send('Input.dispatchMouseEvent',
       { type, x, y, buttons, button: type === 'mouseMoved' ? 'none' : 'left', clickCount: 1, ...more });
   }
+  async key(key) {
+    for (const type of ['keyDown', 'keyUp']) await this.send('Input.dispatchKeyEvent', { type, key, text: key });
+  }
   // Fingers on the screen from now on: touchStart and touchMove with their places, touchEnd with those that stay.
   touch(type, ...places) {
     return this.send('Input.dispatchTouchEvent', { type, touchPoints: places.map(([x, y], id) => ({ x, y, id })) });

@@ -1,12 +1,13 @@
 // Exercises that are done with a mouse: deploy/live, a headless Chromium, a pointer that follows what is drawn on the
-// body. Each ends with all the targets reached that the page shows.
+// body. Each ends with all the targets reached that the page shows; snips that don't meet everywhere are forgiven.
 // usage: node tests/live/mouse_test.mjs [DIRECTORY for pictures]
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { Browser, sleep } from './browser.mjs';
 import { check, equal, root, Session } from './session.mjs';
 
-const TURNS = 60, SNIPS = 13, WHEEL_NOTCH = 100;
+const TURNS = 60, SNIPS = 20, WHEEL_NOTCH = 100;
+const KEY_TURNS_RAD = 0.1, FORESHORTENED = 0.8;  // heights on the screen, of what lies flat
 
 const mean = (points) => [0, 1].map((k) => points.reduce((sum, p) => sum + p[k], 0) / points.length);
 // The mean place of each group, in the order of their numbers.
@@ -31,7 +32,7 @@ function snips_of(points) {
   return [...line, mean(points.filter(([x]) => x > last - 3))];
 }
 
-async function do_exercise(name, act) {
+async function do_exercise(name, act, forgives) {
   const session = await Session.begin(join(root, `deploy/scenes/${name}.yaml`));
   const browser = new Browser();
   try {
@@ -44,7 +45,8 @@ async function do_exercise(name, act) {
     const { score } = await page.until('the score', (s) => s.score.length > 5);
     if (process.argv[2]) await page.picture(join(process.argv[2], `${name}.png`));
     const targets = score.filter((line) => /^(reached|missed) /.test(line));
-    assert.ok(targets.length > 2 && targets.every((line) => line.startsWith('reached')), score.join('\n'));
+    const is_fine = (line) => line.startsWith('reached') || (forgives && line.includes(forgives));
+    assert.ok(targets.length > 2 && targets.every(is_fine), score.join('\n'));
   } finally {
     await browser.close();
   }
@@ -69,7 +71,13 @@ await check('scissors cut along a curve, snip by snip', async () => {
     for (const notch of [-WHEEL_NOTCH, -WHEEL_NOTCH])
       await page.mouse('mouseWheel', ...snips[0], 0, { deltaX: 0, deltaY: notch });
     await page.until('blades that go 3 mm deep', (s) => Math.abs(s.depth_m - 0.003) < 1e-4);
-    for (const place of snips) {
+    let turns = 0;
+    for (const [i, place] of snips.entries()) {
+      const [from, to] = [snips[Math.max(0, i - 1)], snips[Math.min(snips.length - 1, i + 1)]];
+      const along_rad = Math.atan2((from[1] - to[1]) / FORESHORTENED, to[0] - from[0]);
+      const wanted = Math.round(along_rad / KEY_TURNS_RAD);
+      for (; turns < wanted; ++turns) await page.key('q');
+      for (; turns > wanted; --turns) await page.key('e');
       await page.mouse('mouseMoved', ...place);
       await page.mouse('mousePressed', ...place, 1);
       await sleep(700);  // the time that a hand takes: down, closed, and up again
@@ -79,6 +87,7 @@ await check('scissors cut along a curve, snip by snip', async () => {
       await page.mouse('mouseReleased', ...place, 0);
       await sleep(700);
     }
-  });
+  }, 'incisions');
   assert.ok(outcome.cut_m > 0.04, `${outcome.cut_m} m`);
+  assert.ok(outcome.incisions <= 3, `${outcome.incisions} cuts that don't meet`);
 });
