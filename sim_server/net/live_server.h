@@ -48,7 +48,7 @@ class LiveServer {
   LiveSession session_;
   WorldView world_;
   int attempt_;
-  std::shared_ptr<DirectoryLock> first_lock_;  // of the first try's directory, which has those of all others in it
+  std::shared_ptr<DirectoryLock> first_lock_;  // the first directory has those of all other tries in it
   BudgetPlanner planner_;
   SyncCost cost_;
   double stall_s_;

@@ -51,7 +51,7 @@ class SessionRun {
   Recorder& recorder() { return *recorder_; }
   // The beginning of its journal: the simulation as it was before the first step.
   const InputLogHeader& header() const { return header_; }
-  // Whoever keeps it keeps other runs out of the directory when this one is gone.
+  // Kept by somebody, it keeps other runs out of the directory when this one is gone.
   const std::shared_ptr<DirectoryLock>& directory_lock() const { return lock_; }
   InputLog* inputs() { return inputs_.get(); }  // null: they are not kept
 
