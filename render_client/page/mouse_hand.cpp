@@ -21,8 +21,9 @@ Vec3 across(const Vec3& v, const Vec3& normal) {
 std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const std::optional<Hit>& hit) const {
   std::optional<Contact> on_plane;
   if (contact_) {
-    const double slope = ray.along_world.dot(contact_->normal_world);
-    const double distance_m = (contact_->point_world_m - ray.from_world_m).dot(contact_->normal_world) / slope;
+    const Vec3 normal = pressed_ ? contact_->normal_world : Vec3(-ray.along_world);
+    const double slope = ray.along_world.dot(normal);
+    const double distance_m = (contact_->point_world_m - ray.from_world_m).dot(normal) / slope;
     if (std::abs(slope) > 0.05 && distance_m > 0)
       on_plane = Contact{ray.from_world_m + distance_m * ray.along_world, contact_->normal_world};
   }
@@ -30,18 +31,19 @@ std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const st
   if (!usable && hit && !on_plane) return Contact{hit->point_world_m, -ray.along_world};
   if (!usable) return on_plane;
   if (pressed_ && on_plane && (hit->point_world_m - on_plane->point_world_m).norm() > kMostJump_m) return on_plane;
-  return Contact{hit->point_world_m, hit->normal_world};
+  return Contact{hit->point_world_m, mean_normal(*hit, ray, shot_, kAround_m)};
 }
 
 void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& right_world) {
   closes_ = pointer.closes;
   const bool was_down = std::exchange(button_is_down_, pointer.pressed);
+  const bool was_any_down = std::exchange(any_is_down_, pointer.pressed || pointer.closes);
   if (pressed_ && !pointer.pressed) {  // it is lifted where it is, wherever the pointer has gone
     pressed_ = false;
     return;
   }
-  if (pointer.pressed && !pressed_) shot_ = shot_of(frame);
-  const std::optional<Hit> hit = pick(pointer.ray, pointer.pressed ? shot_ : shot_of(frame));
+  if (!was_any_down || !any_is_down_) shot_ = shot_of(frame);
+  const std::optional<Hit> hit = pick(pointer.ray, shot_);
   if (pointer.pressed && !was_down && !hit) ++presses_beside_;
   const std::optional<Contact> next = contact_at(pointer.ray, hit);
   pressed_ = pointer.pressed && next;
@@ -71,7 +73,7 @@ void MouseHand::pitch(double by_rad) {
 void MouseHand::tick(double now_s) {
   const double dt_s = last_s_ ? std::clamp(now_s - *last_s_, 0.0, 0.2) : 0;
   last_s_ = now_s;
-  const double wanted_m = pressed_ ? -depth_m_ : kHover_m;
+  const double wanted_m = pressed_ ? -depth_m_ : closes_ ? kCarry_m : kHover_m;
   height_m_ = std::clamp(wanted_m, height_m_ - kSink_m_per_s * dt_s, height_m_ + kSink_m_per_s * dt_s);
   const double wanted_rad = closes_ ? 0 : widest_rad_;
   opening_rad_ = std::clamp(wanted_rad, opening_rad_ - kJaws_rad_per_s * dt_s, opening_rad_ + kJaws_rad_per_s * dt_s);

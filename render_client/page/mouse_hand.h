@@ -1,7 +1,10 @@
 // A mouse as a hand. The pointer leads the instrument's tip over the tissue: hovering while no button is down, and,
-// from the moment at which the first button goes down, a depth beneath the surface as it was then. So what the
-// instrument does to the tissue doesn't move the hand. Beside the tissue, and over an open cut, the tip follows the
-// plane through the last contact. The sharp edge leads: the instrument turns into the direction of its motion.
+// while the first button is down, a depth beneath the surface. From the moment at which a button goes down the surface
+// is taken as it was then, so that neither the tissue that the instrument moves nor the piece that it holds moves the
+// hand. The instrument stands on the mean of the surface around its tip: a hand doesn't turn with every bump, and a
+// thin vessel is cut along the line of sight. Beside the tissue, and over an open cut, the tip of a stroke follows the
+// plane through the last contact, and a hovering one stays as far from the eye. The sharp edge leads: the instrument
+// turns into the direction of its motion. Jaws that are closed carry what they hold higher than an empty hand hovers.
 //
 // The result is a wish: a device_bridge draws a mass along it, which tissue holds up. Time is passed in.
 #pragma once
@@ -21,6 +24,8 @@ struct Pointer {
 class MouseHand {
  public:
   static constexpr double kHover_m = 0.008;
+  static constexpr double kCarry_m = 0.03;
+  static constexpr double kAround_m = 0.012;  // so far the surface around the tip counts for its normal
   static constexpr double kDefaultDepth_m = 0.005;
   static constexpr double kDeepest_m = 0.05;
   static constexpr double kSink_m_per_s = 0.08;  // down into the tissue and up again
@@ -54,11 +59,11 @@ class MouseHand {
   std::optional<Contact> contact_at(const Ray& ray, const std::optional<Hit>& hit) const;
 
   std::optional<Contact> contact_;
-  SurfaceShot shot_;  // taken when the button went down
+  SurfaceShot shot_;  // taken when a button went down
   Vec3 ahead_world_ = Vec3::UnitX();
   bool has_ahead_ = false;
   bool pressed_ = false, closes_ = false;
-  bool button_is_down_ = false;
+  bool button_is_down_ = false, any_is_down_ = false;
   unsigned presses_beside_ = 0;
   double depth_m_ = kDefaultDepth_m;
   double height_m_ = kHover_m;  // the tip, above the contact

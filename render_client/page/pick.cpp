@@ -13,7 +13,8 @@ SurfaceShot shot_of(const Frame& frame) {
 // Moeller & Trumbore 1997, Fast, Minimum Storage Ray/Triangle Intersection.
 std::optional<Hit> pick(const Ray& ray, const SurfaceShot& shot) {
   std::optional<Hit> nearest;
-  for (const SurfaceShot::Body& body : shot.bodies) {
+  for (std::size_t b = 0; b < shot.bodies.size(); ++b) {
+    const SurfaceShot::Body& body = shot.bodies[b];
     const auto& x = body.positions_world_m;
     for (const Triangle& t : body.triangles) {
       if (!t.alive() || t.v[0] >= x.size() || t.v[1] >= x.size() || t.v[2] >= x.size()) continue;
@@ -29,10 +30,26 @@ std::optional<Hit> pick(const Ray& ray, const SurfaceShot& shot) {
       const double v = ray.along_world.dot(q) / det;
       const double distance_m = ac.dot(q) / det;
       if (v < 0 || u + v > 1 || distance_m <= 0 || (nearest && distance_m >= nearest->distance_m)) continue;
-      nearest = Hit{ray.from_world_m + distance_m * ray.along_world, ab.cross(ac).normalized(), t.surface, distance_m};
+      nearest =
+          Hit{ray.from_world_m + distance_m * ray.along_world, ab.cross(ac).normalized(), t.surface, distance_m, b};
     }
   }
   return nearest;
+}
+
+Vec3 mean_normal(const Hit& hit, const Ray& ray, const SurfaceShot& shot, double within_m) {
+  const SurfaceShot::Body& body = shot.bodies[hit.body];
+  const auto& x = body.positions_world_m;
+  Vec3 sum = Vec3::Zero();
+  for (const Triangle& t : body.triangles) {
+    if (!t.alive() || t.surface != Surface::skin) continue;
+    if (t.v[0] >= x.size() || t.v[1] >= x.size() || t.v[2] >= x.size()) continue;
+    const Vec3 a = x[t.v[0]].cast<double>(), b = x[t.v[1]].cast<double>(), c = x[t.v[2]].cast<double>();
+    const double nearness = 1 - ((a + b + c) / 3 - hit.point_world_m).squaredNorm() / (within_m * within_m);
+    const Vec3 area = (b - a).cross(c - a);
+    if (nearness > 0 && area.dot(ray.along_world) < 0) sum += nearness * area;
+  }
+  return sum.norm() > 0 ? sum.normalized() : hit.normal_world;
 }
 
 }  // namespace sectio

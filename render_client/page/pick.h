@@ -1,6 +1,7 @@
 // The first thing that a line of sight hits.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct Hit {
   Vec3 normal_world = Vec3::UnitZ();  // unit, out of the tissue
   Surface surface = Surface::skin;
   double distance_m = 0;
+  std::size_t body = 0;
 };
 
 // The bodies' surfaces as they were at one moment.
@@ -28,5 +30,9 @@ SurfaceShot shot_of(const Frame& frame);
 
 // O(triangles). Triangles that are seen from behind count, too.
 std::optional<Hit> pick(const Ray& ray, const SurfaceShot& shot);
+
+// The mean normal of the skin that faces the eye within a distance of a hit, on the same body: unit. Near triangles and
+// large ones count more. O(triangles).
+Vec3 mean_normal(const Hit& hit, const Ray& ray, const SurfaceShot& shot, double within_m);
 
 }  // namespace sectio

@@ -77,6 +77,62 @@ TEST_F(Mouse, is_lifted_where_it_is_when_the_button_is_let_go_elsewhere) {
   EXPECT_LT((hand.wish()->position_m - in_tissue).norm(), 0.02);
 }
 
+// The pointer is over the piece that the jaws hold: a hand that hovered over it would climb with it.
+TEST_F(Mouse, lifts_what_closed_jaws_hold_and_does_not_climb_with_it) {
+  move(0.02, 0.01, true);
+  wait(0.5);
+  move(0.02, 0.01, true, true);
+  wait(0.5);
+  for (int i = 0; i < 100; ++i) {
+    const double lift_m = std::max(0.0, height_m());
+    frame = ball(kRadius_m + lift_m);
+    move(0.02 + 1e-4 * i, 0.01, false, true);
+  }
+  EXPECT_NEAR(height_m(), MouseHand::kCarry_m, 5e-4);
+  move(0.03, 0.01, false);
+  move(0.03, 0.01, false);
+  wait(1.0);
+  EXPECT_GT(height_m(), MouseHand::kCarry_m) << "nothing is held: the skin counts where it is now";
+}
+
+TEST_F(Mouse, that_hovers_beside_the_tissue_stays_as_far_from_the_eye) {
+  move(0, 0, false);
+  hand.point({{Vec3(0, 0, 0.3), Vec3(0.5, 0, -0.2).normalized()}, false, false}, frame, Vec3::UnitX());
+  hand.tick(now_s += 0.016);
+  const double from_eye_m = (hand.wish()->position_m - Vec3(0, 0, 0.3)).norm();
+  EXPECT_LT(from_eye_m, 0.25);
+}
+
+// A rod of 1 cm that is seen from above: its sides don't turn the hand that goes across it.
+TEST_F(Mouse, stands_upright_across_a_thin_vessel) {
+  Frame rod;
+  BodyFrame& body = rod.bodies.emplace_back();
+  constexpr std::uint32_t kAround = 24, kAlong = 60;
+  for (std::uint32_t j = 0; j < kAlong; ++j)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const double turn = 2 * M_PI * i / kAround;
+      body.positions_world_m.push_back(
+          Vec3(0.001 * j - 0.03, 0.005 * std::cos(turn), 0.005 * std::sin(turn)).cast<float>());
+    }
+  for (std::uint32_t j = 0; j + 1 < kAlong; ++j)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const std::uint32_t a = j * kAround + i, b = j * kAround + (i + 1) % kAround;
+      body.triangles.push_back({{a, a + kAround, b}, Surface::skin});
+      body.triangles.push_back({{b, a + kAround, b + kAround}, Surface::skin});
+    }
+  frame = rod;
+  const auto tilt = [&] {
+    return (hand.wish()->orientation * Vec3::UnitZ()).head<2>().norm() - std::sin(0.2);  // the handle leans by 0.2
+  };
+  move(0, 0, false);
+  move(0, -0.0045, false);
+  move(0, -0.0045, true);
+  for (double y = -0.0045; y <= 0.0045; y += 0.0005) {
+    move(0, y, true);
+    EXPECT_LT(std::abs(tilt()), 0.25) << y;
+  }
+}
+
 TEST_F(Mouse, counts_presses_where_there_is_no_body) {
   move(0.02, 0.01, true);
   move(0.4, 0.3, true);  // a stroke may leave the body
