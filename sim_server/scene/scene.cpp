@@ -116,7 +116,8 @@ ExerciseSpec read_exercise(KeyReader& map, const std::vector<BodySpec>& bodies) 
   const Regions& regions = body == bodies.end() ? none : body->regions;
   map.part(
       "bin", [&](KeyReader& part) { exercise.bin = read_box(part); },
-      "A box for the marked tissue of the body; a part that lies in it as a whole is in the bin.");
+      "A box for the marked tissue of the body; a part that lies in it is in the bin, also if a tenth hangs over its "
+      "rim.");
   map.part(
       "line", [&](KeyReader& part) { exercise.line = read_line(part, regions); }, "A line on the body to cut along.");
   map.names("spare", exercise.spare, "Names of bodies that no instrument should touch.");

@@ -12,6 +12,7 @@ namespace {
 constexpr double kLinePitch_m = 0.001;  // between the points at which a line is looked at
 constexpr double kResists_n = 1e-3;     // less: a blade that has gone through, or is drawn out
 constexpr double kTouches_m = 1e-4;     // into the floor or side of a bin, which hold a piece up to rounding
+constexpr double kOverhangs = 0.1;      // so much of a part in a bin may hang over the rim
 constexpr double kWhole = 0.999;        // share of a volume that is measured on a grid
 
 std::string line(const char* format, double a, double b) {
@@ -107,12 +108,13 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
     const RegionVolumes volumes = region_volumes(spec.regions, mesh.rest_body_m(), of_piece);
     piece.marked_m3 = volumes.marked_m3(spec.regions);
     piece.healthy_m3 = volumes.total_m3() - piece.marked_m3;
-    piece.in_bin = true;
+    std::size_t corners_outside = 0;
     for (const Triangle& t : of_piece)
       for (const VertexId v : t.v) {
         piece.held_in_place |= spec.fixed && spec.fixed->contains(spec.pose.to_world(mesh.rest_body_m(v)));
-        piece.in_bin = piece.in_bin && in_or_at.contains(positions_world_m[v].cast<double>());
+        corners_outside += in_or_at.contains(positions_world_m[v].cast<double>()) ? 0 : 1;
       }
+    piece.in_bin = static_cast<double>(corners_outside) <= kOverhangs * 3 * static_cast<double>(of_piece.size());
     pieces.push_back(std::move(piece));
   }
   return pieces;
