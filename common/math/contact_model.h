@@ -10,7 +10,12 @@
 
 namespace sectio {
 
-enum class ContactState : std::uint8_t { free = 0, contact = 1, penetration = 2 };
+enum class ContactState : std::uint8_t {
+  free = 0,
+  contact = 1,
+  penetration = 2,
+  held = 3,  // jaws hold tissue or a piece, which pulls in every direction like a spring
+};
 
 constexpr double kNeverYields_n = 1e6;  // ContactModel::yield_n of tissue that the instrument can't break
 
@@ -33,9 +38,9 @@ struct ContactModel {
   double damping_n_s_per_m = 0;
   double mass_kg = 0;
   double soft_depth_m = 0.0015;
-  double side_stiffness_n_per_m = 0;  // sideways stiffness of the tissue, or of the front that holds a blade
+  double side_stiffness_n_per_m = 0;  // tissue sideways, a front that holds a blade, or a held thing
   double friction = 0;                // Coulomb's coefficient
-  double yield_n = kNeverYields_n;    // the tissue breaks at this force
+  double yield_n = kNeverYields_n;    // the tissue breaks, or slips out of jaws, at this force
 
   template <class A>
   void archive(A& a) {

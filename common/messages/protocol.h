@@ -18,6 +18,7 @@ namespace sectio {
 //   8  before changes of topology were merged, programs reported on their links, and bodies had a matter and layers
 //   9  before instruments could be frozen, and the task was part of the scene
 //  10  before a server told where ends what it plays, and sessions were named for the program that begins them
-constexpr std::uint32_t kProtocolVersion = 11;
+//  11  before a contact said that jaws hold something
+constexpr std::uint32_t kProtocolVersion = 12;
 
 }  // namespace sectio

@@ -50,7 +50,7 @@ void fields(Visitor& visit, M& message) {
   visit("sequence_number", sequence);
   visit("sim_time_s", sim_time_s);
   visit("tool_time_s", tool_time_s);
-  visit("state", state, at_most(static_cast<double>(ContactState::penetration)));
+  visit("state", state, at_most(static_cast<double>(ContactState::held)));
   visit("force_world_n", force_world_n);
   visit("lever_world_m", lever_world_m, kPosition_m);
   visit("point_world_m", point_world_m, kPosition_m);

@@ -16,14 +16,25 @@ constexpr double kShareOfLoop = 0.8;     // the loop's gain about the resonance,
 constexpr double kShortestFilter_s = 0.002;
 constexpr double kForgets_s = 0.01;     // time in which a correction fades where nothing touches
 constexpr double kLeastForce_n = 1e-3;  // smaller ones push in no direction
+constexpr double kLeastGrip_n_per_m = 1;
 
 bool in_tissue(const ContactModel& model) {
   return model.state == ContactState::penetration;
 }
 
+bool is_anchored(const ContactModel& model) {
+  return in_tissue(model) || model.state == ContactState::held;
+}
+
+// The filter with which a part of the stiffness that the response lacks gives no energy, whatever the delay.
+double filter_of(double lacks_n_per_m, double damping_n_s_per_m, double resonance_rad_per_s) {
+  const double gain = lacks_n_per_m / std::max(1e-9, kShareOfLoop * damping_n_s_per_m * resonance_rad_per_s);
+  return std::max(kShortestFilter_s, gain > 1 ? std::sqrt(gain * gain - 1) / resonance_rad_per_s : 0);
+}
+
 // The part of a force or way that the anchor has to do with.
 Vec3 sideways(const ContactModel& model, const Vec3& v) {
-  return in_tissue(model) ? v : Vec3(v - v.dot(model.normal_world) * model.normal_world);
+  return is_anchored(model) ? v : Vec3(v - v.dot(model.normal_world) * model.normal_world);
 }
 
 }  // namespace
@@ -54,7 +65,11 @@ void ContactModelFollower::adopt(bool is_held) {
   if (!then) return;
   const double damping = device_.damping_n_s_per_m + (is_held ? kHandDamping_n_s_per_m : 0);
   const double half_period_s = 0.5 / device_.rate_hz, stiffest = stiffest_n_per_m(damping);
-  if (!has_model_ || in_tissue(model_) != in_tissue(next_)) anchor_m_ = then->tip.position_m;
+  if (!has_model_ || (model_.state != next_.state && (is_anchored(model_) || is_anchored(next_)))) {
+    anchor_m_ = then->tip.position_m;
+    side_correction_n_.setZero();
+    grip_n_per_m_ = 0;
+  }
   const double before_n = force_n(model_, dent_of(model_, tip_));
   model_ = next_;
   has_model_ = true;
@@ -69,12 +84,12 @@ void ContactModelFollower::adopt(bool is_held) {
   model_.mass_kg = std::min(s * told.mass_kg, kShareOfMass * device_.mass_kg);
   model_.side_stiffness_n_per_m = std::min(model_.side_stiffness_n_per_m, stiffest);
   side_filter_s_ = kSideways * device_.mass_kg / damping;
+  if (model_.state == ContactState::held) return hang(*then, damping);
   const double resonance = std::sqrt(model_.stiffness_n_per_m / device_.mass_kg);
   const double lacks_n_per_m = (1 + kWrongStiffness) * told.stiffness_n_per_m - model_.stiffness_n_per_m +
                                resonance * (told.damping_n_s_per_m - model_.damping_n_s_per_m) +
                                resonance * resonance * (told.mass_kg - model_.mass_kg);
-  const double gain = lacks_n_per_m / std::max(1e-9, kShareOfLoop * damping * resonance);
-  filter_s_ = std::max(kShortestFilter_s, gain > 1 ? std::sqrt(gain * gain - 1) / resonance : 0);
+  filter_s_ = filter_of(lacks_n_per_m, damping, resonance);
   if (lacks_n_per_m > model_.stiffness_n_per_m)
     filter_s_ = std::max(filter_s_, lacks_n_per_m / model_.stiffness_n_per_m * (tip_.time_s - told.tool_time_s));
 
@@ -82,6 +97,21 @@ void ContactModelFollower::adopt(bool is_held) {
   correction_n_ += before_n - force_n(model_, dent_of(model_, tip_));  // another response is no other force
   wrong_n_ = f.dot(model_.normal_world) - force_n(model_, dent_of(model_, then->tip));
   side_wrong_n_ = sideways(model_, f) - sideways(model_, then->spring_n);
+}
+
+// A held thing is between free and twice as stiff as told. The anchor is ahead of the model by the velocity of what is
+// held, which holds while the device on the spring is slower than the wire: k <= m / age^2. Another spring is no other
+// force.
+void ContactModelFollower::hang(const Felt& then, double damping_n_s_per_m) {
+  const double told = std::max(kLeastGrip_n_per_m, model_.side_stiffness_n_per_m);
+  const double age_s = tip_.time_s - model_.tool_time_s;
+  const double k = std::clamp(device_.mass_kg / (age_s * age_s), kLeastGrip_n_per_m, told);
+  if (grip_n_per_m_ > 0) anchor_m_ = tip_.position_m + grip_n_per_m_ / k * (anchor_m_ - tip_.position_m);
+  grip_n_per_m_ = k;
+  const double lacks_n_per_m = std::max(k, 2 * told - k);
+  filter_s_ =
+      std::max(filter_of(lacks_n_per_m, damping_n_s_per_m, std::sqrt(k / device_.mass_kg)), lacks_n_per_m / k * age_s);
+  told_anchor_m_ = then.tip.position_m + model_.force_world_n / k + age_s * model_.velocity_world_m_per_s;
 }
 
 Vec3 ContactModelFollower::tick(double now_s, const Vec3& tip_world_m, bool is_held) {
@@ -96,12 +126,12 @@ Vec3 ContactModelFollower::tick(double now_s, const Vec3& tip_world_m, bool is_h
   const Vec3 drag_n = drag(push_n, dt);
   felt.spring_n = drag_n - side_correction_n_;
   const double audible = std::clamp(1 - (now_s - received_s_ - kSilence_s) / kDecay_s, 0.0, 1.0);
-  return audible * (in_tissue(model_) ? drag_n : limited(push_n + drag_n, model_.yield_n));
+  return audible * (is_anchored(model_) ? drag_n : limited(push_n + drag_n, model_.yield_n));
 }
 
 Vec3 ContactModelFollower::push(double dt_s) {
   const Dent dent = dent_of(model_, tip_);
-  if (dent.depth_m <= 0 || in_tissue(model_)) {
+  if (dent.depth_m <= 0 || is_anchored(model_)) {
     correction_n_ *= std::exp(-dt_s / kForgets_s);
     return Vec3::Zero();
   }
@@ -123,9 +153,19 @@ Vec3 ContactModelFollower::hold_blade(double dt_s) {
                  std::max(model_.yield_n, model_.force_world_n.norm()));
 }
 
+// A spring to a point that goes with what is held, as the newest models tell it.
+Vec3 ContactModelFollower::hold_grip(double dt_s) {
+  const Vec3 goes_m = dt_s * model_.velocity_world_m_per_s;
+  told_anchor_m_ += goes_m;
+  anchor_m_ += goes_m;
+  anchor_m_ += low_pass_share(dt_s, filter_s_) * (told_anchor_m_ - anchor_m_);
+  return limited(grip_n_per_m_ * (anchor_m_ - tip_.position_m), model_.yield_n);
+}
+
 // The anchor's spring and the correction together are bounded by friction, or by what the tissue bears.
 Vec3 ContactModelFollower::drag(const Vec3& push_n, double dt_s) {
   if (in_tissue(model_)) return hold_blade(dt_s);
+  if (is_anchored(model_)) return hold_grip(dt_s);
   const Vec3& f = model_.force_world_n;
   const double k = model_.side_stiffness_n_per_m;
   // An edge that is pressed only sideways keeps its force.

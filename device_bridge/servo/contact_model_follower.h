@@ -6,7 +6,8 @@
 //
 // Sideways the tissue is a spring from an anchor, which is dragged along where friction yields. The front of a cut is a
 // spring, too, from which a blade can go back freely, and which yields where the blade goes on: as in the simulation
-// (sim_server/world/blade_front.h). Both are passive by themselves, and corrected slowly.
+// (sim_server/world/blade_front.h). Both are passive by themselves, and corrected slowly. A thing that jaws hold is at
+// the end of a spring whose anchor goes with it; the anchor follows what the models tell slowly, too.
 //
 // A sampled response gives no energy while k T/2 + c < b, the device's damping (Colgate & Schenkel 1997): Y is bounded
 // by that. With dk the stiffness that Y lacks, the loop through a wire has the gain |dk / (1 + j w tau)| / |Z|, and Z,
@@ -63,6 +64,8 @@ class ContactModelFollower {
   Vec3 push(double dt_s);
   Vec3 drag(const Vec3& push_n, double dt_s);
   Vec3 hold_blade(double dt_s);
+  void hang(const Felt& then, double damping_n_s_per_m);
+  Vec3 hold_grip(double dt_s);
 
   DeviceLimits device_;
   ContactModel next_, model_;
@@ -75,6 +78,8 @@ class ContactModelFollower {
   double wrong_n_ = 0, correction_n_ = 0;    // n.f - Y(i), and w
   Vec3 side_wrong_n_ = Vec3::Zero(), side_correction_n_ = Vec3::Zero();
   Vec3 anchor_m_ = Vec3::Zero();
+  Vec3 told_anchor_m_ = Vec3::Zero();  // the anchor of what jaws hold, by the newest model
+  double grip_n_per_m_ = 0;            // its spring; 0: none yet
 };
 
 }  // namespace sectio

@@ -18,6 +18,8 @@ const char* to_string(ContactState state) {
       return "contact";
     case ContactState::penetration:
       return "penetration";
+    case ContactState::held:
+      return "held";
     default:
       return "free";
   }

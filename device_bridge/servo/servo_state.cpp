@@ -36,7 +36,7 @@ ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const Contact
     record.moment_world_n_m = limited(used->lever_world_m.cross(record.force_world_n), device_.largest_moment_n_m);
     const Vec3 beside_tissue_m = way_m - dt * used->velocity_world_m_per_s;  // tissue that breathes may push
     const double stiffness_n_per_m = std::max(used->stiffness_n_per_m, used->side_stiffness_n_per_m);
-    const bool touches = used->state == ContactState::penetration || dent_of(*used, follower_.tip()).depth_m > 0;
+    const bool touches = used->state >= ContactState::penetration || dent_of(*used, follower_.tip()).depth_m > 0;
     if (gauge_.is_shaken({dt, beside_tissue_m, 0.5 * (last_force_n_ + record.force_world_n), touches,
                           std::sqrt(stiffness_n_per_m / device_.mass_kg)}))
       is_shaken_until_s_ = now_s + kShaken_s;

@@ -33,8 +33,10 @@ struct BodyContact {
   double largest_speed_m_per_s = 0.05;           // largest speed at which depth is undone
   double friction = 0.4;                         // Coulomb's coefficient
   // More than 0 makes a grip of the contact: it holds the point to the surface in all directions, by this force at
-  // most.
+  // most. An impulse J leaves the velocity softness * J apart: a spring k with a damper c in series has the softness
+  // 1 / (h (c + h k)).
   double grip_n = 0;
+  double grip_softness_per_kg = 0;
 };
 
 }  // namespace sectio

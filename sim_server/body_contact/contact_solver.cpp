@@ -113,8 +113,10 @@ void ContactSolver::push(Row& row, const BodyContact& c, const Vec3& impulse_n_s
 
 void ContactSolver::solve_grip(Row& row, const BodyContact& c) {
   for (const auto& [along, mass] :
-       {std::pair(c.normal_world, row.mass_n), std::pair(row.u, row.mass_u), std::pair(row.w, row.mass_w)})
-    push(row, c, -mass * velocity_apart(row, c).dot(along) * along);
+       {std::pair(c.normal_world, row.mass_n), std::pair(row.u, row.mass_u), std::pair(row.w, row.mass_w)}) {
+    const double missing = velocity_apart(row, c).dot(along) + c.grip_softness_per_kg * row.impulse_n_s.dot(along);
+    push(row, c, -mass / (1 + mass * c.grip_softness_per_kg) * missing * along);
+  }
   const double largest_n_s = c.grip_n * step_s_;
   if (const double size = row.impulse_n_s.norm(); size > largest_n_s)
     push(row, c, (largest_n_s / size - 1) * row.impulse_n_s);

@@ -9,6 +9,7 @@ namespace sectio {
 namespace {
 
 constexpr double kHeldFollows = 0.5;     // share of the way to where a held point should be, in one step
+constexpr double kGripDamps_s = 0.004;   // a spring's damping over its stiffness
 constexpr double kLargestForce_n = 1e6;  // a constraint that names none has this
 
 Vec3 point_of(const PointConstraint& constraint, const ParticleView& now) {
@@ -23,7 +24,10 @@ BodyContact contact_of(const PointConstraint& constraint, const ParticleView& no
   BodyContact c;
   c.point_world_m = point_of(constraint, now);
   if (!constraint.unilateral) {
-    c.surface_velocity_m_per_s = kHeldFollows / step_s * (constraint.target_world_m - c.point_world_m);
+    const Vec3 lag_m = constraint.target_world_m - c.point_world_m;
+    const double a = constraint.compliance_m_per_n;
+    c.surface_velocity_m_per_s = a > 0 ? Vec3(lag_m / (kGripDamps_s + step_s)) : Vec3(kHeldFollows / step_s * lag_m);
+    c.grip_softness_per_kg = a / (step_s * (kGripDamps_s + step_s));
     c.grip_n = std::min(constraint.largest_force_n, kLargestForce_n);
     return c;
   }

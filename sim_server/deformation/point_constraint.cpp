@@ -15,7 +15,8 @@ constexpr double kConverged = 1e-2;  // samples that rub: a sweep that changes n
 // The impulse (N s) still missing at the constrained point; `so_far` is the sum over earlier sweeps.
 Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_mass, double step_s,
                      const Vec3& so_far) {
-  const Vec3 needed = point_mass / step_s * (c.target_world_m - point);
+  const double a = c.compliance_m_per_n / step_s, moves = step_s / point_mass;
+  const Vec3 needed = (c.target_world_m - point - a * so_far) / (moves + a);
   if (!c.unilateral) {
     const Vec3 total = so_far + needed;
     const double most = step_s * c.largest_force_n, size = total.norm();
@@ -65,7 +66,7 @@ Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, const Depths
 }
 
 bool is_sample(const PointConstraint& c) {
-  return c.friction > 0 || c.compliance_m_per_n > 0;
+  return c.unilateral && (c.friction > 0 || c.compliance_m_per_n > 0);
 }
 
 }  // namespace

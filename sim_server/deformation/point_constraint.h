@@ -17,11 +17,11 @@ namespace sectio {
 
 constexpr double kFastestHand_m_per_s = 1;  // an instrument drives tissue no faster; no surgeon's hand is faster
 
-// Constrains the point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
-// A two-sided constraint puts the point at target_world_m after the step, or as near as its largest force allows. A
+// Constrains the point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ). A two-sided constraint
+// puts the point at target_world_m after the step, or as near as its largest force and the spring in series allow. A
 // unilateral one keeps the point from lying further out along `normal` (unit, out of the tissue) than the target; it
-// never pulls. It may have a spring in series, and friction, by which it takes the point along with the instrument. A
-// constraint that sticks holds the point at the target as long as the tissue presses against it.
+// never pulls. It may have a spring in series, and friction, by which it takes the point along with the instrument.
+// A constraint that sticks holds the point at the target as long as the tissue presses against it.
 struct PointConstraint {
   std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
   std::array<double, 3> w{0, 0, 0};
@@ -31,8 +31,7 @@ struct PointConstraint {
   bool unilateral = false;
   bool sticks = false;
   double largest_force_n = std::numeric_limits<double>::infinity();  // largest force of a two-sided constraint
-  // A unilateral constraint that does not stick has a spring between point and target, which gives way by so much at
-  // most.
+  // A spring between point and target: two-sided, or pressed and not sticking; that one gives way by so much at most.
   double compliance_m_per_n = 0, gives_most_m = std::numeric_limits<double>::infinity();
   bool is_ahead = false;  // ahead of an instrument's tip, rather than beside its shaft
   double friction = 0;    // Coulomb's coefficient of such a constraint

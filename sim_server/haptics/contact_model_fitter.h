@@ -29,6 +29,12 @@ struct FeltTissue {
   }
 };
 
+// The springs by which jaws hold something.
+struct FeltGrip {
+  double stiffness_n_per_m = 0, largest_force_n = 0;
+  Vec3 velocity_world_m_per_s = Vec3::Zero();  // the velocity of the held thing
+};
+
 constexpr std::uint32_t kNoBody = 0xffffffffu;
 
 // The data of one step of the simulation for one instrument.
@@ -41,11 +47,11 @@ struct ContactStep {
   // The surface at rest under the tip, also of a free tool near the surface: then the hand meets the plane without the
   // delay of the wire. `surface_known` is false if there is no surface near.
   bool surface_known = false;
-  bool is_held = false;             // the tool holds tissue, which pulls as well as pushes
   std::uint32_t body_id = kNoBody;  // the surface's body
   FeltTissue tissue = {};
   FeltFront front = {};
-  double gap_m = 0;  // how far the tool is outside of the surface, along the normal; negative beneath it
+  FeltGrip grip = {};  // while jaws hold something
+  double gap_m = 0;    // how far the tool is outside of the surface, along the normal; negative beneath it
   Vec3 normal_world = Vec3::UnitZ();  // unit, out of the tissue
   // The velocity of the undisturbed tissue there (breathing, or a moving body), not of the tool's dent.
   Vec3 surface_velocity_world_m_per_s = Vec3::Zero();
@@ -66,6 +72,7 @@ class ContactModelFitter {
   }
 
  private:
+  const ContactModel& hold(const FeltGrip& grip);
   void meet(const ContactStep& step);
   void place(const ContactStep& step);
   void learn(const Vec3& response, double force_n, double dt_s);

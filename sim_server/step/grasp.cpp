@@ -4,7 +4,7 @@ namespace sectio {
 
 void grasp(SimulatedWorld& world, StepContext&) {
   for (Tool& tool : world.tools)
-    if (tool.pose) tool.grasp.follow(*tool.pose, world.bodies);
+    if (tool.pose) tool.grasp.follow(*tool.pose, world.bodies, world.scene.step_s);
 }
 
 }  // namespace sectio

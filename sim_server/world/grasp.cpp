@@ -10,7 +10,8 @@ namespace sectio {
 namespace {
 
 constexpr double kBetweenJaws_m = 0.0015;  // a piece whose surface is this close to the tips is between them
-constexpr double kJaw_m = 0.003;           // how far apart the points are by which jaws hold a piece
+constexpr double kJaw_m = 0.015;           // so far about the tips are the springs that keep a piece from turning
+constexpr double kSlipsAt = 1.5;           // lag over the way that springs give: the inertia of a piece is borne
 constexpr double kStirred_m = 0.02;        // a box may have moved by this since it was made
 
 Vec3 position_of(const Body& body, VertexId v) {
@@ -123,6 +124,7 @@ void Grasp::hold_tissue(std::span<const std::unique_ptr<Body>> bodies) {
 }
 
 void Grasp::share_out() {
+  held_at_m_.reset();
   double sum = 0;
   for (const Held& held : held_)
     for (const Point& p : held.points) sum += p.share;
@@ -135,20 +137,25 @@ void Grasp::withdraw() {
   open_ = false;
 }
 
-// The mean distance of the held points from their targets at the hand.
-Vec3 Grasp::lag_m(std::span<const std::unique_ptr<Body>> bodies) const {
-  Vec3 lag = Vec3::Zero();
-  for (const Held& held : held_) {
-    const Body& body = *bodies[held.body_id];
+// Follows the mean of the held points. They slip when their mean distance from their targets is too large.
+void Grasp::track(std::span<const std::unique_ptr<Body>> bodies, double step_s) {
+  Vec3 place_m = Vec3::Zero(), lag_m = Vec3::Zero();
+  for (const Held& held : held_)
     for (const Point& p : held.points) {
-      lag += p.share * (pose_.to_world(p.at_tool_m) - place_of(p, body));
+      const Vec3 at_m = place_of(p, *bodies[held.body_id]);
+      place_m += p.share * at_m;
+      lag_m += p.share * (target_of(p) - at_m);
     }
-  }
-  return lag;
+  if (lag_m.norm() > kSlipsAt * radius_m_) let_go("slipped");
+  velocity_m_per_s_ = held_at_m_ && !held_.empty() ? Vec3((place_m - *held_at_m_) / step_s) : Vec3::Zero();
+  held_at_m_ = held_.empty() ? std::nullopt : std::optional(place_m);
 }
 
-void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies) {
+void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies, double step_s) {
   pose_ = pose;
+  const Vec3 ahead_m = pose.position_m - springs_at_m_;
+  const double furthest_m = held_.empty() ? ahead_m.norm() : kFastestHand_m_per_s * step_s;
+  springs_at_m_ += std::min(1.0, furthest_m / std::max(ahead_m.norm(), furthest_m)) * ahead_m;
   force_on_tool_n_.setZero();
   if (!(instrument_.grip_below_rad > 0)) return;
   const bool was_open = std::exchange(open_, pose.opening_rad >= instrument_.grip_below_rad);
@@ -162,20 +169,24 @@ void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>>
     if (!hold_piece(bodies)) hold_tissue(bodies);
     for (const Held& held : held_) events_.push_back({EventKind::grasped, held.body_id});
   }
-  if (lag_m(bodies).norm() > radius_m_) let_go("slipped");
+  track(bodies, step_s);
 }
 
-void Grasp::append(const Body& body, double step_s, std::vector<PointConstraint>& constraints) const {
+void Grasp::append(const Body& body, std::vector<PointConstraint>& constraints) const {
   const auto held = std::ranges::find(held_, body.id, &Held::body_id);
   if (held == held_.end()) return;
-  for (const Point& p : held->points) constraints.push_back(constraint_of(p, body, step_s));
+  for (const Point& p : held->points) constraints.push_back(constraint_of(p, body));
+}
+
+Vec3 Grasp::target_of(const Point& p) const {
+  return springs_at_m_ + pose_.orientation * p.at_tool_m;
 }
 
 // A rigid piece is held at points of its own, tissue by its vertices.
-PointConstraint Grasp::constraint_of(const Point& p, const Body& body, double step_s) const {
-  const Vec3 at = place_of(p, body);
-  PointConstraint c = drag(p.vertex, at, pose_.to_world(p.at_tool_m), step_s);
-  c.point_world_m = at;
+PointConstraint Grasp::constraint_of(const Point& p, const Body& body) const {
+  PointConstraint c = hold(p.vertex, target_of(p));
+  c.point_world_m = place_of(p, body);
+  c.compliance_m_per_n = 1 / (p.share * stiffness_n_per_m());
   c.largest_force_n = p.share * largest_force_n_;
   return c;
 }
@@ -215,6 +226,7 @@ void Grasp::part_left(std::uint32_t parent_id, const Body& part, std::span<const
     events_.push_back({EventKind::released, parent_id, "what it holds came off"});
     held_.erase(held);
   }
+  held_at_m_.reset();
   events_.push_back({EventKind::grasped, part.id, "came off"});
   held_.push_back(std::move(taken));
 }

@@ -1,7 +1,8 @@
 // The grasp of one instrument's tips (paper C, 3.1). Jaws that close hold a loose piece, or the points of tissue, in a
 // sphere that is a little larger than the ball about the tips, which pushes tissue while they are open. Held points
-// follow the hand by a force with a cap, and not faster than hands move, so that no motion brings more energy than the
-// cap times the path of the tissue. Points that are pulled further than the sphere's radius slip out.
+// hang on springs, which follow the hand, and not faster than hands move, so that no motion brings more energy than the
+// largest force times the path of the tissue. The springs give way by the sphere's radius at the largest force, and the
+// points slip out a little beyond. So what jaws hold is never stiffer than force over radius, whatever it is stuck in.
 #pragma once
 
 #include <array>
@@ -33,11 +34,11 @@ class Grasp {
   explicit Grasp(const ToolSpec& tool);
 
   // Called at the beginning of a step: jaws close, open or lose their hold. The instrument is at `pose` from then on.
-  void follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies);
+  void follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies, double step_s);
   // The instrument is gone: it holds nothing, and its jaws must open before they close on something again.
   void withdraw();
   // Appends the constraints on the points of a body in this step.
-  void append(const Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
+  void append(const Body& body, std::vector<PointConstraint>& constraints) const;
   // Takes the reaction of one of these constraints.
   void felt(const Reaction& reaction);
 
@@ -50,11 +51,14 @@ class Grasp {
   std::optional<std::uint32_t> held_body() const;  // the one that was grasped first
   bool holds_something() const { return !held_.empty(); }
   const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // force of this step
-  std::vector<GraspEvent> take_events();                            // since the last call
+  double stiffness_n_per_m() const { return largest_force_n_ / radius_m_; }
+  double largest_force_n() const { return largest_force_n_; }
+  const Vec3& velocity_m_per_s() const { return velocity_m_per_s_; }  // the velocity of the held thing
+  std::vector<GraspEvent> take_events();                              // since the last call
 
   template <class A>
   void archive(A& a) {
-    a(pose_, open_, held_, force_on_tool_n_, events_);
+    a(pose_, springs_at_m_, open_, held_, held_at_m_, velocity_m_per_s_, force_on_tool_n_, events_);
   }
 
  private:
@@ -82,9 +86,10 @@ class Grasp {
   bool hold_piece(std::span<const std::unique_ptr<Body>> bodies);
   void hold_tissue(std::span<const std::unique_ptr<Body>> bodies);
   static Vec3 place_of(const Point& point, const Body& body);
-  PointConstraint constraint_of(const Point& point, const Body& body, double step_s) const;
+  Vec3 target_of(const Point& point) const;
+  PointConstraint constraint_of(const Point& point, const Body& body) const;
   std::vector<Point> points_of_jaws(const Body& piece, double share) const;
-  Vec3 lag_m(std::span<const std::unique_ptr<Body>> bodies) const;
+  void track(std::span<const std::unique_ptr<Body>> bodies, double step_s);
   void share_out();
   void let_go(std::string_view why);
 
@@ -92,8 +97,11 @@ class Grasp {
   ToolGeometry geometry_;
   double largest_force_n_, radius_m_;
   JointPose pose_;
-  bool open_ = false;  // since when there is a pose
+  Vec3 springs_at_m_ = Vec3::Zero();  // origin of the tool's frame that the springs hang on: it follows the hand
+  bool open_ = false;                 // since when there is a pose
   std::vector<Held> held_;
+  std::optional<Vec3> held_at_m_;  // the mean place of the held points, while they are the same
+  Vec3 velocity_m_per_s_ = Vec3::Zero();
   Vec3 force_on_tool_n_ = Vec3::Zero();
   std::vector<GraspEvent> events_;
 };

@@ -48,10 +48,9 @@ void Tool::take(const ToolSample& sample) {
 ContactStep Tool::contact(double sim_time_s) const {
   ContactStep step;
   step.reaction_world_n = grasp.force_on_tool_n();
-  if (grasp.holds_something()) {  // a held piece pulls as well as pushes
-    step.state = ContactState::contact;
-    step.is_held = grasp.held_body().has_value();
-    if (step.reaction_world_n.norm() > 0) step.normal_world = step.reaction_world_n.normalized();
+  if (grasp.holds_something()) {
+    step.state = ContactState::held;
+    step.grip = {grasp.stiffness_n_per_m(), grasp.largest_force_n(), grasp.velocity_m_per_s()};
   }
   step.sim_time_s = sim_time_s;
   step.tip = tip;

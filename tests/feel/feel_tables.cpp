@@ -8,6 +8,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/formatted.h"
+#include "sim_server/engine/standard_traits.h"
 #include "tests/feel/felt_motions.h"
 
 namespace sectio::test {
@@ -102,6 +103,30 @@ void print_blades() {
   }
 }
 
+void print_grip(const char* what, const Scene& scene, std::uint32_t tool, double from_s, double to_s, bool is_late) {
+  for (const bool weak : {false, true}) {
+    std::printf("%-28s%s", what, weak ? ", weak hand" : "           ");
+    for (const WireSpec& wire : kGripWires) {
+      const auto felt = felt_in_scene(scene, tool, to_s, wire, weak ? kWeakHand : kFirmHand, is_late);
+      const FeltHold hold = hold_of(felt, from_s);
+      std::printf(" | %.4f  %7.4f (%.3f)", hold.ripple_n, 1e3 * hold.power_w, felt.back().felt_n.norm());
+    }
+    std::puts("");
+    std::fflush(stdout);
+  }
+}
+
+void print_grips() {
+  std::puts("Held by jaws, 0, 10, 25, 50 ms: ripple, N, energy to the hand, mJ/s, force, N");
+  for (const Tissue& t : kTissues)
+    print_grip(t.name, gripped_block(t.model, t.young_pa), 0, kGripped_s, kLifts_s, false);
+  const Lift lift =
+      lifting(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/exercise_tumour.yaml", standard_traits()), 1, 0.1);
+  const double from_s = lift.closed_s + 0.5, to_s = lift.closed_s + kHoldFor_s;
+  print_grip("a piece in its bed", lift.scene, 1, from_s, to_s, false);
+  print_grip("the same, the bed is spared", lift.scene, 1, from_s, to_s, true);
+}
+
 void write_motions(const std::string& file) {
   struct Motion {
     const char* name;
@@ -132,7 +157,7 @@ int run(int argc, char** argv) {
   DeviceLimits device;
   Arguments arguments("feel_tables",
                       "Prints how true and how quiet the force at a hand is, for wires of 0, 25, 50 ms.");
-  arguments.option("--table", tables, "sines, taps, holds or blades; all when not given");
+  arguments.option("--table", tables, "sines, taps, holds, blades or grips; all when not given");
   arguments.option("--motions", motions, "CSV file to write instead: a tap, a slide and a cut, felt and true");
   arguments.option("--damping", device.damping_n_s_per_m, "the device's own, N s/m, for the table of sines");
   if (!arguments.parse(argc, argv)) return 0;
@@ -144,6 +169,7 @@ int run(int argc, char** argv) {
   if (wanted("taps")) print_taps();
   if (wanted("holds")) print_holds();
   if (wanted("blades")) print_blades();
+  if (wanted("grips")) print_grips();
   return 0;
 }
 

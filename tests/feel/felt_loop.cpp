@@ -5,6 +5,7 @@
 
 #include "common/math/hash.h"
 #include "sim_server/prepare/prepare.h"
+#include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
 #include "tests/support/shapes.h"
 
@@ -14,19 +15,25 @@ namespace {
 // The simulation's end: a step for each tick, or several.
 class Server {
  public:
-  explicit Server(const Scene& scene)
+  explicit Server(const Scene& scene, std::uint32_t tool = 0, bool is_late = false)
       : scene_(prepared(scene)),
         simulation_(scene_),
-        steps_(std::max(1, static_cast<int>(std::lround(kTick_s / scene_.step_s)))) {}
+        tool_(tool),
+        is_late_(is_late),
+        steps_(std::max(1, static_cast<int>(std::lround(kTick_s / scene_.step_s)))) {
+    scene_.tools[tool].trace.clear();
+  }
 
-  // Null before the first sample.
-  const ContactModel* tick(const std::vector<ToolSample>& samples) {
-    StepInput input;
-    input.samples = samples;
+  // `samples` of the hand; the other tools follow their traces. Null before the first sample.
+  const ContactModel* tick(std::vector<ToolSample> samples) {
     for (int i = 0; i < steps_; ++i) {
-      const StepOutput& out = simulation_.step(input);
-      if (!out.contacts.empty()) newest_ = out.contacts[0], any_ = true;
-      input.samples.clear();
+      StepInput input;
+      input.samples = samples_of_traces(scene_, ++step_);
+      input.spare_idle_bodies = is_late_;
+      input.samples.insert(input.samples.end(), samples.begin(), samples.end());
+      samples.clear();
+      for (const ContactModel& contact : simulation_.step(input).contacts)
+        if (contact.tool_id == tool_) newest_ = contact, any_ = true;
     }
     return any_ ? &newest_ : nullptr;
   }
@@ -34,7 +41,10 @@ class Server {
  private:
   Scene scene_;
   Simulation simulation_;
+  std::uint32_t tool_;
+  bool is_late_;
   int steps_;
+  std::uint64_t step_ = 0;
   ContactModel newest_;
   bool any_ = false;
 };
@@ -66,8 +76,8 @@ class Way {
   std::deque<std::pair<double, Message>> on_way_;
 };
 
-ToolSample sample_of(const PoseSample& sample) {
-  return {0, sample.sequence, sample.tool_time_s, sample.pose_world, sample.opening_rad};
+ToolSample sample_of(const PoseSample& sample, std::uint32_t tool) {
+  return {tool, sample.sequence, sample.tool_time_s, sample.pose_world, sample.opening_rad};
 }
 
 // The bridge's end.
@@ -142,18 +152,25 @@ std::vector<std::vector<FeltTick>> felt_on_path(const Scene& scene, const Path& 
 
 std::vector<FeltTick> felt_in_loop(const Scene& scene, const Path& wish, double duration_s, const WireSpec& wire,
                                    const HandSpec& hand_spec) {
-  Server server(scene);
+  Scene led = scene;
   const auto ticks = static_cast<int>(std::lround(duration_s / kTick_s));
-  std::vector<TracePoint> trace;
-  for (int i = 0; i <= ticks; ++i) trace.push_back({i * kTick_s, wish(i * kTick_s)});
-  VirtualHand device(trace, hand_spec);
+  for (int i = 0; i <= ticks; ++i) led.tools[0].trace.push_back({i * kTick_s, wish(i * kTick_s)});
+  return felt_in_scene(led, 0, duration_s, wire, hand_spec);
+}
+
+std::vector<FeltTick> felt_in_scene(const Scene& scene, std::uint32_t tool, double duration_s, const WireSpec& wire,
+                                    const HandSpec& hand_spec, bool is_late) {
+  VirtualHand device(scene.tools[tool].trace, hand_spec);
+  Server server(scene, tool, is_late);
+  const auto ticks = static_cast<int>(std::lround(duration_s / kTick_s));
   Way<ToolSample> there(wire.delay_s / 2, 0, 0, wire.seed);
   Hand hand(wire, device.limits(), std::max(kTick_s, wire.delay_s / 2));
   for (int i = 0; i < ticks; ++i) {
     const double now_s = i * kTick_s;
     const FeltTick tick = hand.tick(now_s, device.pose_world(now_s));
+    hand.record.sample.opening_rad = device.opening_rad(now_s);
     device.apply(tick.felt_n);
-    there.send(now_s, sample_of(hand.record.sample));
+    there.send(now_s, sample_of(hand.record.sample, tool));
     if (const ContactModel* model = server.tick(there.take(now_s))) {
       hand.ticks.back().truth_n = model->force_world_n;
       hand.back.send(now_s, *model);

@@ -45,6 +45,11 @@ std::vector<std::vector<FeltTick>> felt_on_path(const Scene& scene, const Path& 
 std::vector<FeltTick> felt_in_loop(const Scene& scene, const Path& wish, double duration_s, const WireSpec& wire,
                                    const HandSpec& hand);
 
+// The same at one tool of a scene whose other tools follow their traces; the hand wants to follow the trace of its own.
+// A session that is late spares idle bodies.
+std::vector<FeltTick> felt_in_scene(const Scene& scene, std::uint32_t tool, double duration_s, const WireSpec& wire,
+                                    const HandSpec& hand, bool is_late = false);
+
 // Across the block's top, from a time on: rms error over the rms of what varies in the truth, and over that of all of
 // it. Sideways: rms error over the rms of the whole truth.
 struct FeltError {

@@ -18,6 +18,8 @@ constexpr double kSettled_s = 1.5, kSinesFor_s = 3.5;
 
 inline const std::vector<WireSpec> kWires{{0, 0}, {0.025, 0.02}, {0.05, 0.02}};
 
+inline const std::vector<WireSpec> kGripWires{{0, 0}, {0.01, 0}, {0.025, 0.02}, {0.05, 0.02}};
+
 inline const HandSpec kFirmHand{.tremor_m = 0};
 inline const HandSpec kTremblingHand{.tremor_m = 1e-4};
 inline const HandSpec kWeakHand{.hand_stiffness_n_per_m = 150, .hand_damping_n_s_per_m = 0.5, .tremor_m = 0};
@@ -75,6 +77,40 @@ inline Scene blade_block(const std::string& model, double young_pa) {
   Scene scene = felt_block(model, young_pa, "scalpel");
   scene.bodies[0].cutting.threshold_force_n = 0.03;
   return scene;
+}
+
+// Forceps that go to the top of felt_block(..., "forceps"), close on it, hold still until kLifts_s, and lift.
+constexpr double kLifts_s = 2.2, kGripped_s = 1.2, kGripFor_s = 4;
+inline Scene gripped_block(const std::string& model, double young_pa) {
+  Scene scene = felt_block(model, young_pa, "forceps");
+  for (double t = 0; t < kGripFor_s; t += 0.002) {
+    const double down = std::clamp(t / 0.3, 0.0, 1.0), open = std::clamp(1 - (t - 0.4) / 0.3, 0.0, 1.0);
+    const double up = std::clamp((t - kLifts_s) / 0.2, 0.0, 1.0) * (young_pa > 1e4 ? 0.001 : 0.004);
+    const Vec3 at(0.001, 0.002, kBlockTop_m + 0.002 - 0.0025 * down + up);
+    scene.tools[0].trace.push_back({t, {at, Eigen::Quaterniond::Identity()}, 0.35 * open});
+  }
+  return scene;
+}
+
+// The forceps of a scene hold still for a while when they have closed, and lift what they hold by 3 cm.
+constexpr double kHoldFor_s = 2, kLift_m = 0.03, kLiftFor_s = 1.2;
+struct Lift {
+  Scene scene;
+  double closed_s = 0, ends_s = 0;
+};
+inline Lift lifting(Scene scene, std::uint32_t forceps, double speed_m_per_s) {
+  std::vector<TracePoint>& trace = scene.tools[forceps].trace;
+  const auto shut = std::ranges::find(trace, 0.0, &TracePoint::opening_rad);
+  trace.erase(shut == trace.end() ? shut : shut + 1, trace.end());
+  TracePoint last = trace.back();
+  const double closed_s = last.time_s, lifts_s = closed_s + kHoldFor_s;
+  const Vec3 from_m = last.pose_world.position_m;
+  for (double t = closed_s + 0.01; t < lifts_s + kLiftFor_s; t += 0.01) {
+    last.time_s = t;
+    last.pose_world.position_m = from_m + std::clamp(speed_m_per_s * (t - lifts_s), 0.0, kLift_m) * Vec3::UnitZ();
+    trace.push_back(last);
+  }
+  return {std::move(scene), closed_s, last.time_s};
 }
 
 }  // namespace sectio::test

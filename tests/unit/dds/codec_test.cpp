@@ -96,7 +96,7 @@ TEST(Codec, refuses_contact_models_that_could_shake_a_hand) {
   EXPECT_TRUE(refused([](ContactMessage& m) { m.model.stiffness_n_per_m = -1; }));
   EXPECT_TRUE(refused([](ContactMessage& m) { m.model.normal_world = Vec3(0, 0, 2); }));
   EXPECT_TRUE(refused([](ContactMessage& m) { m.model.force_world_n.y() = kNan; }));
-  EXPECT_TRUE(refused([](ContactMessage& m) { m.model.state = static_cast<ContactState>(3); }));
+  EXPECT_TRUE(refused([](ContactMessage& m) { m.model.state = static_cast<ContactState>(4); }));
 }
 
 TEST(Codec, refuses_deltas_that_are_none) {
