@@ -4,19 +4,12 @@
 
 #include "common/core/wall_time.h"
 #include "common/dds/keys.h"
-#include "common/math/hash.h"
 
 namespace sectio {
 
 namespace {
 
 constexpr std::size_t kOrderSources = 64;
-
-std::uint64_t hash_of(const ProgramId& program) {
-  std::uint64_t hash = 0;
-  for (const std::uint8_t byte : program) hash = hash_combine(hash, std::uint64_t{byte});
-  return hash;
-}
 
 }  // namespace
 
