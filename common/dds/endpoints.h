@@ -60,6 +60,10 @@ class Endpoints<Reads<R...>, Writes<W...>> {
       return std::get<Reader<Message>>(now_->readers).take();
   }
   ProgramId id() const { return now_->participant.id(); }
+  // The program that may speak for an epoch; nothing: none has announced it.
+  std::optional<ProgramId> owner(std::uint64_t epoch) {
+    return with_owners([&] { return owners_.owner(epoch); });
+  }
   // The program that wrote the last message of this kind.
   template <class Message>
   const ProgramId& sender() const {
@@ -137,8 +141,14 @@ class Endpoints<Reads<R...>, Writes<W...>> {
     const std::lock_guard lock(owners_mutex_);
     return call();
   }
-  bool owns(std::uint64_t epoch, const ProgramId& program) {
-    return with_owners([&] { return owners_.owns(epoch, program); });
+  template <class Message>
+  bool is_heard(std::uint64_t epoch, const ProgramId& program) {
+    return with_owners([&] {
+      if (std::is_same_v<Message, SessionEnd> ? !owners_.may_end(epoch, program) : !owners_.owns(epoch, program))
+        return false;
+      owners_.hear(epoch, program);
+      return true;
+    });
   }
 
   template <class Message>
@@ -150,7 +160,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
     while (auto message = reader.take()) {
       if constexpr (std::is_same_v<Message, SceneInfo>)
         with_owners([&] { owners_.announce(message->epoch, reader.sender()); });
-      if (owns(message->epoch, reader.sender())) return message;
+      if (is_heard<Message>(message->epoch, reader.sender())) return message;
       const auto is_impostor = [&] { return owners_.belongs_to_another(message->epoch, reader.sender()); };
       if (with_owners(is_impostor) && !is_own(reader.sender()))
         log_limited(
@@ -171,7 +181,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   template <class Message>
   std::optional<Message> take_waiting(Waiting<Message>& waiting) {
     for (auto at = waiting.begin(); at != waiting.end(); ++at) {
-      if (!owns(at->second.epoch, at->first)) continue;
+      if (!is_heard<Message>(at->second.epoch, at->first)) continue;
       Message message = std::move(at->second);
       waiting.erase(at);
       return message;

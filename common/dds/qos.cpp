@@ -21,6 +21,8 @@ constexpr bool kExpedites = true;
 constexpr std::uint32_t kKiB = 1024;
 constexpr std::uint32_t kMiB = 1024 * kKiB;
 constexpr std::int32_t kManyPieces = 4096;  // a reader that looks ten times a second finds 60 Hz of 100 000 vertices
+constexpr std::int32_t kManyRequests =
+    1024;  // a program that asks in bursts crowds out nobody else before they are read
 
 #define SECTIO_TYPE(Message) "sectio::wire::" #Message
 // clang-format off
@@ -32,21 +34,21 @@ constexpr std::array kTopics{
     TopicQos{"topology_deltas",   SECTIO_TYPE(DeltaMessage),    kReliable,   kNowOnly,     1024, 16 * kMiB, kStream, kDeltaChannels},
     // A joiner asks for a keyframe, and needs no older deltas or chunks.
     TopicQos{"keyframes",         SECTIO_TYPE(KeyframeChunk),   kReliable,   kNowOnly,     1024, 64 * kKiB, kBurst, kKeyframeChannels},
-    TopicQos{"keyframe_requests", SECTIO_TYPE(KeyframeRequest), kReliable,   kLateJoiners, 64,   kKiB},
+    TopicQos{"keyframe_requests", SECTIO_TYPE(KeyframeRequest), kReliable,   kLateJoiners, 64,   kKiB,     kStream, {}, kManyRequests},
     // Reliable, because a best-effort reader drops what others have overtaken. Writers keep little: old states are not
     // worth repeating.
     TopicQos{"state_headers",     SECTIO_TYPE(StateHeader),     kReliable,   kNowOnly,     8,    kMiB,     kStream, kStateChannels},
     TopicQos{"state_pieces",      SECTIO_TYPE(StatePiece),      kReliable,   kNowOnly,     128,  2 * kKiB, kStream, kStateChannels, kManyPieces},
     TopicQos{"scalar_pieces",     SECTIO_TYPE(ScalarPiece),     kReliable,   kNowOnly,     128,  kKiB,     kStream, kStateChannels, kManyPieces},
-    TopicQos{"link_reports",    SECTIO_TYPE(LinkReport),    kBestEffort, kNowOnly,     4,    kKiB},
+    TopicQos{"link_reports",      SECTIO_TYPE(LinkReport),      kBestEffort, kNowOnly,     4,    kKiB,     kStream, {}, kManyRequests},
     TopicQos{"scene",             SECTIO_TYPE(SceneInfo),       kReliable,   kLateJoiners, 1,    2 * kMiB},
     TopicQos{"events",            SECTIO_TYPE(SessionEvent),    kReliable,   kLateJoiners, 256,  4 * kKiB},
     TopicQos{"server_status",     SECTIO_TYPE(ServerStatus),    kBestEffort, kNowOnly,     1,    64 * kKiB},
-    TopicQos{"session_orders",    SECTIO_TYPE(SessionOrder),    kReliable,   kLateJoiners, 16,   kKiB},
+    TopicQos{"session_orders",    SECTIO_TYPE(SessionOrder),    kReliable,   kLateJoiners, 16,   kKiB,     kStream, {}, kManyRequests},
     TopicQos{"session_end",       SECTIO_TYPE(SessionEnd),      kReliable,   kLateJoiners, 1,    64 * kKiB},
     // For a standby, which asks for what it has missed.
     TopicQos{"step_inputs",       SECTIO_TYPE(StepInputs),      kReliable,   kNowOnly,     4096, kMiB},
-    TopicQos{"step_requests",     SECTIO_TYPE(StepRequest),     kBestEffort, kNowOnly,     16,   kKiB},
+    TopicQos{"step_requests",     SECTIO_TYPE(StepRequest),     kBestEffort, kNowOnly,     16,   kKiB,     kStream, {}, kManyRequests},
 };
 #undef SECTIO_TYPE
 

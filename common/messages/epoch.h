@@ -25,10 +25,12 @@ constexpr unsigned kTermBits = 20;
 constexpr std::uint64_t first_epoch(std::uint64_t name_of_session) {
   return name_of_session << kTermBits;
 }
-constexpr std::uint64_t name_begun_by(const ProgramId& program, std::uint64_t second) {
-  std::uint64_t hash = second;
+constexpr std::uint64_t hash_of(const ProgramId& program, std::uint64_t hash = 0) {
   for (const std::uint8_t byte : program) hash = hash_combine(hash, std::uint64_t{byte});
-  return second << 16 | hash >> 48;
+  return hash;
+}
+constexpr std::uint64_t name_begun_by(const ProgramId& program, std::uint64_t second) {
+  return second << 16 | hash_of(program, second) >> 48;
 }
 inline std::uint64_t new_epoch(const ProgramId& own) {
   return first_epoch(name_begun_by(own, microseconds_since_1970() / 1'000'000 % (1u << 27)));

@@ -180,13 +180,13 @@ class Messenger {
     models_.clear();
   }
 
-  // The source of wishes that has begun, of several.
+  // The program that has begun is heard, of several.
   void take_wishes() {
     while (const auto wish = endpoints_.take<ToolWish>()) {
       const std::optional<std::uint32_t> of_trainee =
           endpoints_.participant().secured() ? instrument_of_trainee(endpoints_.sender<ToolWish>()) : std::nullopt;
       if (of_trainee && *of_trainee != wish->tool_id) continue;
-      if (wish->tool_id != packet_.tool_id || !wisher_.hears(wish->source, steady_now_s()) ||
+      if (wish->tool_id != packet_.tool_id || !wisher_.hears(hash_of(endpoints_.sender<ToolWish>()), steady_now_s()) ||
           (wish->source == last_wish_.source && wish->sequence <= last_wish_.sequence))
         continue;
       last_wish_ = *wish;

@@ -73,7 +73,7 @@ void ClientNet::poll(double now_s, World& world) {
     world.feed(std::move(chunk));
   });
   drain<SessionEvent>([&](SessionEvent event) {
-    if (!world.knows(event.epoch)) return;
+    if (!world.shows(event.epoch)) return;
     const auto is_repeated = [&](const SessionEvent& e) { return e.epoch != event.epoch && is_same_event(e, event); };
     if (std::ranges::any_of(events_, is_repeated)) return;
     events_.push_back(std::move(event));
@@ -85,6 +85,7 @@ void ClientNet::poll(double now_s, World& world) {
   });
   drain<ServerStatus>([&](const ServerStatus& status) {
     equality_.hear(status.epoch, status.bodies);
+    if (!world.shows(status.epoch)) return;
     speed_ = status.speed;
     clock_.hear(now_s, client_, status);
     if (clock_.known()) meter_.set_clock_offset(clock_.offset_s());

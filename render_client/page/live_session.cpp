@@ -106,7 +106,8 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
 // The lines of a score come one behind the other, in one step.
 void LiveSession::take(const SessionEvent& event) {
   const auto is_known = [&](const SessionEvent& e) { return e.epoch == event.epoch && is_same_event(e, event); };
-  if (std::ranges::any_of(heard_, is_known)) return;
+  const bool is_of_another = world_.knows(event.epoch) && !world_.shows(event.epoch);
+  if (is_of_another || std::ranges::any_of(heard_, is_known)) return;
   heard_.push_back(event);
   if (heard_.size() > kMostHeard) heard_.pop_front();
   if (event.text.empty()) return;

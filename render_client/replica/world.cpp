@@ -41,6 +41,10 @@ World::Server* World::find(std::uint64_t epoch) const {
   return nullptr;
 }
 
+bool World::shows(std::uint64_t epoch) const {
+  return std::ranges::any_of(servers_, [&](const auto& server) { return server->epoch() == epoch; });
+}
+
 void World::adopt(Server& server, const SceneInfo& scene) {
   server.former_epoch = server.epoch();
   server.former_heard = false;

@@ -42,6 +42,8 @@ class World {
   void feed(ScalarPiece piece);
   void feed(const SessionEnd& end);
   bool knows(std::uint64_t epoch) const { return find(epoch) != nullptr; }
+  // The server is one of those whose bodies are drawn; others wait for the place of one of these.
+  bool shows(std::uint64_t epoch) const;
 
   // See Replica::frame(). Callers pass the same frame every time.
   bool frame(double now_s, Frame& frame);

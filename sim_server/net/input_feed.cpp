@@ -2,12 +2,16 @@
 
 #include <algorithm>
 
+#include "common/core/wall_time.h"
+#include "common/messages/codec.h"
+
 namespace sectio {
 namespace {
 
 using Seconds = std::chrono::duration<double>;
 
 constexpr std::ptrdiff_t kStepsAtOnce = 512;
+constexpr std::size_t kMostStandbyPrograms = 64;
 
 }  // namespace
 
@@ -37,16 +41,36 @@ std::vector<StepRecord> InputFeed::past_from(std::uint64_t first_step) const {
   return {from, from + count};
 }
 
-void InputFeed::serve(bool lives) {
-  std::optional<std::uint64_t> wanted;
+void InputFeed::take_requests() {
   while (const auto request = endpoints_.take<StepRequest>()) {
+    const ProgramId& program = endpoints_.sender<StepRequest>();
+    if (same_session(request->epoch, epoch_) && standbys_.size() < kMostStandbyPrograms) standbys_.insert(program);
     if (request->epoch != epoch_) continue;
     standby_heard_ = Clock::now();
-    if (request->first_step > 0) wanted = std::min(wanted.value_or(request->first_step), request->first_step);
+    if (request->first_step == 0)
+      wanted_.erase(program);
+    else if (wanted_.size() < kMostStandbyPrograms || wanted_.contains(program))
+      wanted_[program] = request->first_step;
   }
+}
+
+// The program whose turn it is; it asks again for what comes after.
+void InputFeed::answer_next() {
+  if (wanted_.empty() || !past_bytes_.is_open(steady_now_s())) return;
+  auto next = wanted_.upper_bound(answered_);
+  if (next == wanted_.end()) next = wanted_.begin();
+  answered_ = next->first;
+  std::vector<StepRecord> steps = past_from(next->second);
+  wanted_.erase(next);
+  if (steps.empty()) return;
+  past_bytes_.take(static_cast<double>(encode(StepInputs{epoch_, newest_step_, steps}).size()));
+  write(std::move(steps));
+}
+
+void InputFeed::serve(bool lives) {
+  take_requests();
   if (!lives) return;
-  if (wanted)
-    if (std::vector<StepRecord> steps = past_from(*wanted); !steps.empty()) write(std::move(steps));
+  answer_next();
   if (standby_is_there() && Seconds(Clock::now() - written_).count() >= kHeartbeat_s) write({});
 }
 

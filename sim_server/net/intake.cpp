@@ -4,19 +4,13 @@
 
 #include "common/core/wall_time.h"
 #include "common/dds/keys.h"
-#include "common/math/hash.h"
 
 namespace sectio {
 
 namespace {
 
-constexpr std::size_t kOrderSources = 64;
-
-std::uint64_t hash_of(const ProgramId& program) {
-  std::uint64_t hash = 0;
-  for (const std::uint8_t byte : program) hash = hash_combine(hash, std::uint64_t{byte});
-  return hash;
-}
+constexpr std::size_t kOrderSources = 1024;  // at least 25 s of them (order_limit.h)
+constexpr int kOrdersAtOnce = 1024;          // others wait until the next step
 
 }  // namespace
 
@@ -74,8 +68,14 @@ void Intake::set_frozen(std::uint32_t tool_id, bool frozen) {
 
 std::vector<SessionOrder> Intake::take_orders() {
   std::vector<SessionOrder> orders;
-  while (const auto order = endpoints_.take<SessionOrder>()) {
+  for (int taken = 0; taken < kOrdersAtOnce; ++taken) {
+    const auto order = endpoints_.take<SessionOrder>();
+    if (!order) break;
     if (std::ranges::find(order_sources_, order->source) != order_sources_.end()) continue;
+    if (!order_limit_.allows(endpoints_.sender<SessionOrder>(), order->kind, steady_now_s())) {
+      log_limited(LogLevel::warning, "orders", "a program gives orders too fast: not all of them are obeyed");
+      continue;
+    }
     order_sources_.push_back(order->source);
     if (order_sources_.size() > kOrderSources) order_sources_.pop_front();
     orders.push_back(*order);

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sim_server/net/order_limit.h"
 #include "sim_server/net/sample_deduplicator.h"
 #include "sim_server/net/server_endpoints.h"
 #include "sim_server/net/speed_limit.h"
@@ -29,8 +30,10 @@ class Intake {
   void set_frozen(std::uint32_t tool_id, bool frozen);
   std::uint32_t frozen_tools() const { return frozen_; }  // bit t: tool t
 
-  // The orders that came since the last call, each once.
+  // The orders that came since the last call, each once; of a program that gives too many only some (order_limit.h).
   std::vector<SessionOrder> take_orders();
+  // Orders that came too fast.
+  std::uint64_t orders_refused() const { return order_limit_.refused(); }
 
   // Packets of unknown tools, and of a bridge while another one moves its tool.
   std::uint64_t samples_refused() const { return refused_ + deduplicator_.refused(); }
@@ -45,7 +48,8 @@ class Intake {
   std::vector<SpeedLimit> limits_;
   std::uint32_t frozen_ = 0;
   std::uint64_t refused_ = 0;
-  std::deque<std::uint64_t> order_sources_;  // the last ones: an order may be delivered twice
+  OrderLimit order_limit_;
+  std::deque<std::uint64_t> order_sources_;  // the last that were heard: an order may come twice
 };
 
 }  // namespace sectio

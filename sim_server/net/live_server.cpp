@@ -31,6 +31,7 @@ constexpr double kUnheard_s = 5;         // so long, when servers are there that
 constexpr double kListen_s = 0.3;        // before the clock starts: is there another server with our bodies?
 constexpr auto kMostBehind = std::chrono::milliseconds(100);  // a journal that is played too fast is played slower
 constexpr auto kStartPollPeriod = std::chrono::milliseconds(2);
+constexpr auto kRefusedTellPeriod = std::chrono::seconds(1);
 
 Clock::duration steady_duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(Seconds(seconds));
@@ -156,7 +157,9 @@ void LiveServer::lead() {
   if (session_.pace.is_paused()) show_now();
   while (session_.has_more_steps()) {
     yield_to_another_server(*session_.net, session_.options);
+    if (const auto claim = session_.net->others().false_claim()) keep_session(*claim);
     for (const SessionOrder& order : session_.net->take_orders()) obey(order);
+    tell_of_refused_orders();
     if (session_.pace.is_paused()) {
       wait_in_pause();
       continue;
@@ -199,6 +202,16 @@ void LiveServer::refuse(const SessionOrder& order, const std::string& why) {
   const std::string text = refusal(order, why);
   log_warning(text);
   session_.net->tell({session_.run->steps(), EventKind::order_refused, 0, 0, text.substr(0, kMaxEventTextBytes)});
+}
+
+// Once a second, how many came too fast meanwhile.
+void LiveServer::tell_of_refused_orders() {
+  const std::uint64_t refused = session_.net->orders_refused();
+  if (refused == refused_told_ || Clock::now() < next_refused_) return;
+  next_refused_ = Clock::now() + kRefusedTellPeriod;
+  const auto news = static_cast<unsigned long long>(refused - std::exchange(refused_told_, refused));
+  session_.net->tell({session_.run->steps(), EventKind::order_refused, 0, 0,
+                      formatted("orders came too fast: %llu are not obeyed", news)});
 }
 
 void LiveServer::obey(const SessionOrder& order) {
@@ -307,6 +320,14 @@ void LiveServer::begin(Try next) {
   if (session_.pace.is_paused()) show_now();
 }
 
+// The term after the claimed one, from the program that held the session before, settles who holds it (epoch_owners.h).
+void LiveServer::keep_session(std::uint64_t claimed_epoch) {
+  log_warning("a program that has not stood by claims the session: this server keeps it");
+  session_.net->take_over(session_.succession(claimed_epoch));
+  session_.net->set_speed(session_.pace.now());
+  if (session_.pace.is_paused()) show_now();
+}
+
 // No step comes in a pause: a new term has told viewers nothing.
 void LiveServer::show_now() {
   StepOutput output;
@@ -371,6 +392,7 @@ RunResult LiveServer::finish() {
   cost_.reduced_steps = planner_.steps(Budget::reduced);
   cost_.slowed_steps = planner_.steps(Budget::slowed);
   cost_.most_behind_s = planner_.most_behind_s();
+  cost_.orders_refused = session_.net->orders_refused();
   session_.run->recorder().set(cost_);
   session_.net.reset();  // its thread writes the record
   if (const auto fault = session_.record ? session_.record->finish() : std::nullopt)

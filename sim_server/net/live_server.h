@@ -25,6 +25,7 @@ class LiveServer {
   void wait_for_peers();
   void lead();
   void obey(const SessionOrder& order);
+  void tell_of_refused_orders();
   void wait_in_pause();
   void refuse(const SessionOrder& order, const std::string& why);
   void go_to(const SessionOrder& order);
@@ -35,6 +36,7 @@ class LiveServer {
   };
   Try another_try(double from_s) const;
   void begin(Try next);
+  void keep_session(std::uint64_t claimed_epoch);
   void show_now();
   void recall_orders();
   void keep_orders() const;
@@ -54,6 +56,8 @@ class LiveServer {
   double stall_s_;
   bool touched_ = false;  // an instrument touched something in the last step
   Clock::time_point due_;
+  std::uint64_t refused_told_ = 0;  // orders that came too fast
+  Clock::time_point next_refused_{};
 };
 
 }  // namespace sectio

@@ -21,6 +21,7 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
   const std::uint64_t last_step = options.until_s < 0 ? ~std::uint64_t{0} : steps_until(options.until_s, scene.step_s);
   const std::string directory = try_directory(options.directory, options.attempt);
   if (options.resume.empty() && !options.standby && !directory.empty()) refuse_unfinished(directory);
+  if (options.resume.empty() && !options.standby && !options.record.empty()) refuse_unfinished_record(options.record);
   run = options.resume.empty() ? std::make_unique<SessionRun>(scene, directory)
                                : SessionRun::resumed(scene, {options.resume, last_step}, directory, last_epoch);
   if (!options.play.empty()) {

@@ -26,6 +26,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr auto kRepeatPeriod = std::chrono::milliseconds(500);  // a server obeys an order once, however often it comes
 constexpr auto kOrderPollPeriod = std::chrono::milliseconds(20);
 constexpr auto kAllKnown = std::chrono::milliseconds(500);  // a server that is there has said its status meanwhile
 constexpr auto kAllHeard = std::chrono::seconds(2);  // a server that hears the order has said its status meanwhile
@@ -185,7 +186,7 @@ void give_order(NetworkOptions network, SessionOrder order, double patience_s) {
                      (*servers.tools == 1 ? " instrument" : " instruments") + ", numbered from 0, got " +
                      std::to_string(order.tool_id));
   if (!endpoints.write(order)) throw InputError(name + ": DDS refused to send the order");
-  Clock::time_point unanswered = Clock::now();  // for the last time
+  Clock::time_point unanswered = Clock::now(), said = unanswered;  // for the last time
   while (Clock::now() < until) {
     servers.listen(endpoints, true);
     const std::size_t obeying = servers.obeying(), refusing = servers.refusing(), answering = obeying + refusing;
@@ -194,6 +195,10 @@ void give_order(NetworkOptions network, SessionOrder order, double patience_s) {
       if (refusing > 0) throw InputError(name + ": " + servers.in_words());
       log_info(name + ": " + std::to_string(obeying) + (obeying == 1 ? " server obeys" : " servers obey"));
       return;
+    }
+    if (answering < servers.answers.size() && Clock::now() - said > kRepeatPeriod) {
+      said = Clock::now();
+      if (!endpoints.write(order)) log_limited(LogLevel::warning, "order", "DDS refused to repeat the order");
     }
     std::this_thread::sleep_for(kOrderPollPeriod);
   }

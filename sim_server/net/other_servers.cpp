@@ -9,6 +9,7 @@ namespace sectio {
 
 namespace {
 
+constexpr std::size_t kMostStandbys = 64;
 constexpr int kStatesOfAServer = 5;  // one message alone says little about who holds a session
 
 }  // namespace
@@ -18,11 +19,30 @@ OtherServers::OtherServers(ServerEndpoints& endpoints, const SceneInfo& own)
   for (const BodyInfo& body : own.bodies) std::erase(missing_, body.name);
 }
 
+// A server that was halted, or cut off by its machine, doesn't look here meanwhile.
+void OtherServers::notice_absence() {
+  const auto now = Clock::now();
+  if (listened_ && std::chrono::duration<double>(now - *listened_).count() >= kSilence_s) was_away_ = now;
+  listened_ = now;
+}
+
+void OtherServers::know_standby(const ProgramId& program) {
+  const std::lock_guard lock(mutex_);
+  if (std::ranges::count(standbys_, program) > 0) return;
+  standbys_.push_back(program);
+  if (standbys_.size() > kMostStandbys) standbys_.erase(standbys_.begin());
+}
+
 void OtherServers::listen() {
+  notice_absence();
   while (const auto other = endpoints_.take<SceneInfo>()) {
     if (other->epoch == own_.epoch) continue;
     const std::lock_guard lock(mutex_);
+    const bool is_new = !others_.contains(other->epoch);
     Other& known = others_[other->epoch];
+    known.program = endpoints_.owner(other->epoch).value_or(ProgramId{});
+    if (is_new)
+      known.after_absence = was_away_ && std::chrono::duration<double>(Clock::now() - *was_away_).count() < kAbsence_s;
     for (const BodyInfo& body : other->bodies) {
       std::erase(missing_, body.name);
       const bool ours = std::ranges::find(own_.bodies, body.name, &BodyInfo::name) != own_.bodies.end();
@@ -63,7 +83,7 @@ std::optional<std::uint64_t> OtherServers::leader() const {
   std::optional<std::uint64_t> leader;
   bool leads = false;
   for (const auto& [epoch, other] : others_) {
-    if (other.body.empty() || other.ended) continue;
+    if (other.body.empty() || other.ended || is_claimed_falsely(epoch, other)) continue;
     const bool leads_now = speaks(other);
     const bool better = !leader || leads_now > leads || (leads_now == leads && epoch > *leader);
     if (better) leader = epoch, leads = leads_now;
@@ -91,10 +111,33 @@ bool OtherServers::is_held() const {
                              [&](const auto& other) { return !other.second.body.empty() && speaks(other.second); });
 }
 
+bool OtherServers::may_follow(std::uint64_t epoch, const Other& other) const {
+  return other.after_absence || has_begun(other.program, epoch) || std::ranges::count(standbys_, other.program) > 0;
+}
+
 bool OtherServers::is_replaced() const {
   const std::lock_guard lock(mutex_);
   return std::ranges::any_of(others_, [&](const auto& other) {
-    return takes_over(other.first, own_.epoch) && !other.second.body.empty() && other.second.states >= kStatesOfAServer;
+    return takes_over(other.first, own_.epoch) && may_follow(other.first, other.second) && !other.second.body.empty() &&
+           other.second.states >= kStatesOfAServer;
+  });
+}
+
+std::optional<std::uint64_t> OtherServers::false_claim() const {
+  const std::lock_guard lock(mutex_);
+  std::optional<std::uint64_t> claim;
+  for (const auto& [epoch, other] : others_)
+    if (takes_over(epoch, own_.epoch) && !may_follow(epoch, other)) claim = epoch;
+  return claim;
+}
+
+// Neither the program that began the session, nor the first that was heard of it; and the server that it says it
+// follows still speaks.
+bool OtherServers::is_claimed_falsely(std::uint64_t epoch, const Other& other) const {
+  const auto first = others_.lower_bound(first_epoch(name_of_session(epoch)));
+  if (has_begun(other.program, epoch) || first->second.program == other.program) return false;
+  return std::ranges::any_of(others_, [&](const auto& each) {
+    return takes_over(epoch, each.first) && each.second.program != other.program && speaks(each.second);
   });
 }
 

@@ -18,6 +18,7 @@ namespace sectio {
 class OtherServers {
  public:
   static constexpr double kSilence_s = 1;    // a server counts as dead when it is silent for longer
+  static constexpr double kAbsence_s = 5;    // so long after it was halted, a server believes that it was followed
   static constexpr double kFarBehind_s = 1;  // nobody waits for a server that is further behind: it has come late
 
   // `own`: the scene that this server announces. The endpoints outlive it.
@@ -43,6 +44,11 @@ class OtherServers {
 
   // Another server has taken our session over, and sends states: this one is a ghost.
   bool is_replaced() const;
+  // A later term of our session, claimed by a program that can't know that this server is silent: it has not stood by,
+  // and this server has not been away.
+  std::optional<std::uint64_t> false_claim() const;
+  // The program has stood by for a server of our session.
+  void know_standby(const ProgramId& program);
   // The first of our bodies that another server has with more right (rivalry.h): then this server has to end.
   std::optional<std::string> claimed_body() const;
   // The simulated time of the slowest server that is worth waiting for, and of the one that is furthest; nothing when
@@ -65,6 +71,8 @@ class OtherServers {
       rivalry.hear(time_s, own_time_s, seconds(heard));
     }
     Rivalry rivalry;
+    ProgramId program{};         // the one that announced it
+    bool after_absence = false;  // announced when this server had been away
     bool same_world = false;
     bool ended = false;
   };
@@ -74,6 +82,9 @@ class OtherServers {
   bool speaks(const Other& other) const;
   bool is_succeeded(std::uint64_t epoch) const;
   bool has_more_right(std::uint64_t epoch, const Other& other) const;
+  bool may_follow(std::uint64_t epoch, const Other& other) const;
+  bool is_claimed_falsely(std::uint64_t epoch, const Other& other) const;
+  void notice_absence();
 
   ServerEndpoints& endpoints_;
   SceneInfo own_;
@@ -82,6 +93,8 @@ class OtherServers {
   mutable std::mutex mutex_;
   std::vector<std::string> missing_;
   std::map<std::uint64_t, Other> others_;  // by epoch
+  std::vector<ProgramId> standbys_;        // the newest last
+  std::optional<Clock::time_point> listened_, was_away_;
 };
 
 }  // namespace sectio

@@ -232,7 +232,7 @@ void Publisher::send_status(const Outbox& batch) {
   status.frozen_tools = batch.frozen_tools;
   status.bodies = versions();
   status.checks = batch.report.checks;
-  for (const auto& [client, report] : reports_) status.link_reports.push_back(report.report);
+  for (const auto& [program, report] : reports_) status.link_reports.push_back(report.report);
   status.sent_s = steady_now_s();
   write(status);
 }
@@ -267,14 +267,20 @@ void Publisher::serve_viewers() {
 void Publisher::take_requests() {
   while (const auto request = endpoints_.take<KeyframeRequest>()) {
     if (request->epoch != scene_.epoch || request->body_id >= shadows_.size()) continue;
-    if (!keyframes_.go_on(*request)) shadows_[request->body_id].keyframe_wanted = true;
+    if (!keyframes_.go_on(*request, endpoints_.sender<KeyframeRequest>()))
+      shadows_[request->body_id].keyframe_wanted = true;
   }
 }
 
 void Publisher::take_reports() {
-  while (auto report = endpoints_.take<LinkReport>())
-    if (reports_.size() < kMaxLinkReports || reports_.contains(report->client))
-      reports_[report->client] = {heard_now(*report), Clock::now()};
+  while (auto report = endpoints_.take<LinkReport>()) {
+    const ProgramId& program = endpoints_.sender<LinkReport>();
+    const bool is_of_another = std::ranges::any_of(reports_, [&](const auto& each) {
+      return each.second.report.client == report->client && each.first != program;
+    });
+    if (!is_of_another && (reports_.size() < kMaxLinkReports || reports_.contains(program)))
+      reports_[program] = {heard_now(std::move(*report)), Clock::now()};
+  }
   std::erase_if(reports_,
                 [](const auto& each) { return Seconds(Clock::now() - each.second.heard).count() > kReportLife_s; });
 }

@@ -110,7 +110,7 @@ class Publisher {
   StateSnapshot last_snapshot_;
   bool any_snapshot_ = false;
   KeyframeServer keyframes_;
-  std::map<std::uint64_t, Report> reports_;  // by client
+  std::map<ProgramId, Report> reports_;  // one a program
   Clock::time_point next_status_{};
   std::uint64_t writes_refused_ = 0;
 };

@@ -87,6 +87,7 @@ class NetworkSide {
  private:
   void run();
   void send(Outbox& batch);
+  void hear_standbys();
 
   ServerEndpoints& endpoints_;
   OtherServers& others_;
@@ -104,6 +105,12 @@ void NetworkSide::send(Outbox& batch) {
   publisher_->serve_viewers();
   feed_->sent(batch.step);
   feed_->serve(handover_.shows_life());
+  for (const ProgramId& program : feed_->take_standbys()) others_.know_standby(program);
+}
+
+// The server may die, and another standby may follow it sooner.
+void NetworkSide::hear_standbys() {
+  while (endpoints_.take<StepRequest>()) others_.know_standby(endpoints_.sender<StepRequest>());
 }
 
 void NetworkSide::run() {
@@ -112,7 +119,10 @@ void NetworkSide::run() {
   while (handover_.pick_up(batch, patience_s())) {
     const Clock::time_point begun = Clock::now();
     PublisherReport report = handover_.last_report();
-    if (publisher_) send(batch);
+    if (publisher_)
+      send(batch);
+    else
+      hear_standbys();
     others_.listen();
     if (batch.end_reason) {
       report.end = publisher_ ? publisher_->send_end(*batch.end_reason) : SessionEnd{};
@@ -218,6 +228,10 @@ std::vector<std::uint32_t> ServerNet::take_silent_tools() {
 
 std::vector<SessionOrder> ServerNet::take_orders() {
   return state_->intake.take_orders();
+}
+
+std::uint64_t ServerNet::orders_refused() const {
+  return state_->intake.orders_refused();
 }
 
 void ServerNet::set_frozen(std::uint32_t tool_id, bool frozen) {

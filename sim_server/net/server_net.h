@@ -61,6 +61,7 @@ class ServerNet {
 
   // Orders, each once. Simulation's thread; never blocks.
   std::vector<SessionOrder> take_orders();
+  std::uint64_t orders_refused() const;  // they came too fast
   // Nobody moves a frozen tool, and its hand feels nothing. Simulation's thread.
   void set_frozen(std::uint32_t tool_id, bool frozen);
   std::uint32_t frozen_tools() const;  // bit t: tool t

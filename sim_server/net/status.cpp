@@ -12,6 +12,7 @@
 #include "common/messages/session.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/text.h"
+#include "sim_server/world/step_io.h"
 
 namespace sectio {
 namespace {
@@ -56,9 +57,10 @@ std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
 
 std::string status_of_session(NetworkOptions network, double patience_s, bool every_field) {
   find_session(network, patience_s, [] { return false; });
-  Endpoints<Reads<ServerStatus, SceneInfo>, Writes<>> endpoints(network, "sim_server status");
+  Endpoints<Reads<ServerStatus, SceneInfo, SessionEvent>, Writes<>> endpoints(network, "sim_server status");
   std::map<std::uint64_t, ServerStatus> statuses;  // by epoch
   std::map<std::uint64_t, SceneInfo> scenes;
+  std::map<std::uint64_t, std::string> refusals;  // the last ones
   const auto all_known = [&] {
     for (const auto& [epoch, status] : statuses)
       if (!scenes.contains(epoch)) return false;
@@ -69,6 +71,8 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
   while (Clock::now() < until) {
     while (auto scene = endpoints.take<SceneInfo>()) scenes.insert_or_assign(scene->epoch, std::move(*scene));
     while (auto status = endpoints.take<ServerStatus>()) statuses.insert_or_assign(status->epoch, std::move(*status));
+    while (const auto event = endpoints.take<SessionEvent>())
+      if (event->kind == static_cast<std::uint8_t>(EventKind::order_refused)) refusals[event->epoch] = event->text;
     if (!heard && all_known()) {
       heard = true;
       until = std::min(until, Clock::now() + kOthers);
@@ -79,6 +83,9 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
   for (const auto& [epoch, status] : statuses)
     if (const auto scene = scenes.find(epoch); scene != scenes.end())
       text += every_field ? to_text(scene->second) + "\n" + to_text(status) + "\n" : text_of(status, scene->second);
+  if (!every_field)
+    for (const auto& [epoch, refusal] : refusals)
+      if (statuses.contains(epoch)) text += "refused last: " + refusal + "\n";
   if (text.empty()) throw InputError("session '" + network.session + "': no server was heard");
   return text;
 }

@@ -107,6 +107,7 @@ Json session_report(const RunFigures& f) {
   session["reduced_steps"] = f.cost->reduced_steps;
   session["slowed_steps"] = f.cost->slowed_steps;
   session["most_behind_s"] = f.cost->most_behind_s;
+  session["orders_refused"] = f.cost->orders_refused;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   session["peak_memory_bytes"] = 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);

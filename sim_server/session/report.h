@@ -22,6 +22,7 @@ struct SyncCost {
   double waited_for_servers_s = 0;  // for others of the session, so that all stay together
   std::uint64_t deferred_steps = 0, reduced_steps = 0, slowed_steps = 0;  // see net/budget.h
   double most_behind_s = 0;
+  std::uint64_t orders_refused = 0;  // they came too fast (net/order_limit.h)
 };
 
 // The processor's time of a body while it is cut: from the first change of its topology to the last one that follows

@@ -92,6 +92,19 @@ void refuse_unfinished(const std::string& directory) {
                    " goes on with it; another --export begins a new one");
 }
 
+void refuse_unfinished_record(const std::string& path) {
+  try {
+    if (!std::filesystem::exists(path) || !InputLogReader(path).next()) return;
+    McapReader record(path);
+    while (record.next_chunk()) continue;
+    if (record.is_finished()) return;
+  } catch (const InputError&) {  // nothing that could go on
+    return;
+  }
+  throw InputError(path + ": holds a session that has not ended: --resume " + path +
+                   " goes on with it; another --record begins a new one");
+}
+
 int free_try_after(const std::string& directory, int attempt) {
   do ++attempt;
   while (!directory.empty() && std::filesystem::exists(input_log_path(try_directory(directory, attempt))));

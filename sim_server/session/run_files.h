@@ -26,6 +26,8 @@ class DirectoryLock {
 // A session that has not ended may go on: its inputs must not be lost. Throws InputError when a directory holds such
 // ones, or is held by another program.
 void refuse_unfinished(const std::string& directory);
+// Likewise, for a record: one that nobody has finished, with inputs.
+void refuse_unfinished_record(const std::string& path);
 
 // The tries of a session, each begun anew: the first one's files are in the directory itself, those of the others in
 // try_2, try_3, ... in it. Empty: the session leaves nothing behind.

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <filesystem>
 #include <sstream>
 
 #include "common/math/types.h"
@@ -45,6 +47,73 @@ class Hostile : public SessionPrograms, public testing::WithParamInterface<const
     return 0;
   }
 };
+
+class HostileToStandby : public SessionPrograms, public testing::WithParamInterface<const char*> {};
+
+// The standby is undisturbed, too: it follows when the server dies.
+TEST_P(HostileToStandby, a_standby_follows_its_server_and_no_stranger) {
+  const auto first = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--steps", "15000",
+                                                       "--wait-for-viewers", "1", "--export", file("first")}));
+  const auto second = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--steps", "15000",
+                                                        "--standby", "--export", file("second")}));
+  ASSERT_TRUE(second->wait_for("it hears the server")) << second->output();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(first->wait_for(" 1.00 s simulated")) << first->output();
+  const auto hostile = program("hostile", {GetParam(), network.session, std::to_string(network.domain)});
+  EXPECT_EQ(hostile->exit_code(), 0) << hostile->output();
+  const auto third = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--steps", "15000",
+                                                       "--standby", "--export", file("third")}));
+  EXPECT_TRUE(third->wait_for("it has caught up with the server")) << third->output();
+  third->send(SIGKILL);
+  EXPECT_EQ(second->output().find("fell silent"), std::string::npos) << second->output();
+  first->send(SIGKILL);
+  EXPECT_TRUE(second->wait_for("this one goes on after step ")) << second->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+  EXPECT_EQ(hash_of("second"), undisturbed_hash());
+}
+
+class HostileLeader : public Hostile {
+ protected:
+  std::string give(Flags order) const {
+    order.insert(order.end(), {"--patience-s", "30"});
+    const auto leader = program("sim_server", in_session(order));
+    EXPECT_EQ(leader->exit_code(), 0) << leader->output();
+    return leader->output();
+  }
+};
+
+TEST_F(HostileLeader, a_flood_of_orders_starves_no_hand_and_keeps_no_leader_from_being_obeyed) {
+  auto sim = server({"--endless", "--export", file("out")});
+  const auto screen = viewer("screen", {"--no-pictures"});
+  const auto hand =
+      program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server", "--log", file("force.csv")}));
+  ASSERT_TRUE(sim->wait_for(" 1.00 s simulated")) << sim->output();
+  const auto hostile = program("hostile", {"session_orders", network.session, std::to_string(network.domain)});
+  ASSERT_TRUE(hostile->wait_for("it begins")) << hostile->output();
+  EXPECT_NE(give({"speed", "--factor", "0.9"}).find("1 server obeys"), std::string::npos);
+  EXPECT_EQ(hostile->exit_code(), 0) << hostile->output();
+  EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+  give({"pause"});
+  const std::string status = give({"status"});
+  EXPECT_NE(status.find("s simulated, paused"), std::string::npos) << status;
+  EXPECT_NE(status.find("refused last: orders came too fast: "), std::string::npos) << status;
+  give({"go-on"});
+  sim->send(SIGINT);
+  EXPECT_TRUE(sim->exit_code()) << sim->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_NE(sim->output().find("gives orders too fast"), std::string::npos) << sim->output();
+  std::uint64_t tries = 1, refused = 0;
+  for (; std::filesystem::exists(file("out/try_" + std::to_string(tries + 1))); ++tries) continue;
+  refused = json("out/try_" + std::to_string(tries) + "/report.json")["session_cost"]["orders_refused"];
+  EXPECT_LT(tries, 30u);
+  EXPECT_GT(refused, 1000u);
+  const std::vector<Tick> felt = ticks();
+  const auto deaf = std::ranges::count_if(felt, [](const Tick& tick) { return tick.age_s > 0.1; });
+  EXPECT_LT(deaf, std::ssize(felt) / 5) << "the hand feels the tissue while the flood runs";
+  std::printf("%llu tries, %llu orders refused, the hand was without a model in %td of %td ticks\n",
+              static_cast<unsigned long long>(tries), static_cast<unsigned long long>(refused), deaf, std::ssize(felt));
+}
 
 class HostileToLatecomers : public SessionPrograms {};
 
@@ -99,7 +168,12 @@ TEST_F(HostileToLatecomers, those_who_come_late_hear_the_server) {
 
 INSTANTIATE_TEST_SUITE_P(Attacks, Hostile,
                          testing::Values("tool_packets", "scenes", "session_end", "state_headers", "contact_models",
-                                         "large_messages", "damaged_packets"),
+                                         "large_messages", "damaged_packets", "later_term", "step_inputs",
+                                         "step_requests", "keyframe_requests", "link_reports", "tool_wishes", "events"),
+                         [](const auto& attack) { return std::string(attack.param); });
+
+INSTANTIATE_TEST_SUITE_P(Attacks, HostileToStandby,
+                         testing::Values("later_term", "step_inputs", "step_requests", "session_end"),
                          [](const auto& attack) { return std::string(attack.param); });
 
 }  // namespace

@@ -39,6 +39,26 @@ TEST_F(Record, is_run_again_and_played_with_the_hashes_of_its_session) {
   EXPECT_EQ(json("screen.json")["bodies"][0]["topology_hash"], hash);
 }
 
+TEST_F(Record, of_a_session_that_has_not_ended_is_not_overwritten) {
+  auto server = recorded({"--endless"});
+  ASSERT_TRUE(server->wait_for(" 2.0")) << server->output();
+  server->send(SIGKILL);
+  ASSERT_TRUE(server->exit_code());
+  const Flags again{"--scene", kScene, "--play-traces", "--steps", "100", "--record", file("a.mcap")};
+  const auto bytes = std::filesystem::file_size(file("a.mcap"));
+  server = program("sim_server", in_session(again));
+  EXPECT_EQ(server->exit_code(), 2) << server->output();
+  EXPECT_NE(server->output().find(file("a.mcap") + ": holds a session that has not ended: --resume "),
+            std::string::npos)
+      << server->output();
+  EXPECT_EQ(std::filesystem::file_size(file("a.mcap")), bytes);
+  std::filesystem::remove(file("a.mcap"));
+  for (int i = 0; i < 2; ++i) {
+    server = program("sim_server", in_session(again));
+    EXPECT_EQ(server->exit_code(), 0) << "a finished one is: " << server->output();
+  }
+}
+
 TEST_F(Record, goes_on_from_any_moment_in_another_directory) {
   auto server = recorded({"--steps", "2500"});
   ASSERT_EQ(server->exit_code(), 0) << server->output();

@@ -75,5 +75,40 @@ TEST_F(Owners, a_program_that_announces_many_takes_none_of_another) {
   EXPECT_TRUE(owners.owns(first_epoch(2001), program(3)));
 }
 
+TEST_F(Owners, a_server_that_lives_takes_back_what_another_program_has_claimed) {
+  const std::uint64_t begun = new_epoch(program(1));
+  owners.announce(begun, program(1));
+  wait();
+  EXPECT_TRUE(owners.announce(begun + 1, program(2))) << "the first may have died";
+  EXPECT_FALSE(owners.may_end(begun + 1, program(2))) << "not yet";
+  EXPECT_TRUE(owners.announce(begun + 3, program(1)));
+  EXPECT_FALSE(owners.owns(begun + 1, program(2)));
+  EXPECT_FALSE(owners.announce(begun + 5, program(2))) << "never again";
+  owners.hear(begun + 3, program(1));
+  EXPECT_FALSE(owners.announce(begun + 6, program(3))) << "while the server speaks";
+  now_s += 2 * EpochOwners::kSpeaks_s;
+  EXPECT_TRUE(owners.owns(begun + 6, program(3))) << "it has fallen silent";
+}
+
+TEST_F(Owners, a_standby_that_follows_a_dead_server_may_end_the_session_and_begin_it_anew) {
+  const std::uint64_t begun = new_epoch(program(1));
+  owners.announce(begun, program(1));
+  wait();
+  EXPECT_TRUE(owners.announce(begun + 1, program(2)));
+  EXPECT_TRUE(owners.announce(begun + 2, program(2)));
+  wait();
+  EXPECT_TRUE(owners.may_end(begun + 2, program(2)));
+  EXPECT_TRUE(owners.announce(begun + 3, program(3))) << "it has been followed in its turn";
+  EXPECT_TRUE(owners.announce(begun + 4, program(1))) << "the first one has come back, and holds it";
+}
+
+TEST_F(Owners, a_term_that_nobody_can_outdo_is_not_believed) {
+  const std::uint64_t begun = new_epoch(program(1));
+  owners.announce(begun, program(1));
+  wait();
+  EXPECT_FALSE(owners.announce(begun + (1u << kTermBits) - 1, program(2)));
+  EXPECT_TRUE(owners.owns(begun, program(1)));
+}
+
 }  // namespace
 }  // namespace sectio::dds_test

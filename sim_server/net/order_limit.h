@@ -1,0 +1,48 @@
+// Orders come from people, who click a few times a second. A program that gives more is heard as often as a person, so
+// that it takes no time from the session; it takes none from the orders of other programs either, until several give
+// too many at once.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+
+#include "common/messages/epoch.h"
+#include "common/messages/session.h"
+#include "sim_server/net/token_bucket.h"
+
+namespace sectio {
+
+class OrderLimit {
+ public:
+  struct Rate {
+    double per_s, burst;
+  };
+  static constexpr Rate kOfOne{10, 20}, kOfAll{40, 80};
+  // Orders that set up the session once more: to begin anew, and to go to another moment.
+  static constexpr Rate kAnewOfOne{1, 8}, kAnewOfAll{3, 24};
+
+  // Whether an order of this program may be obeyed now. `now_s`: any steady clock.
+  bool allows(const ProgramId& program, OrderKind kind, double now_s);
+  std::uint64_t refused() const { return refused_; }
+
+ private:
+  static constexpr std::size_t kMostPrograms = 64;  // so many find room on a host
+  struct Buckets {
+    Buckets(const Rate& a, const Rate& b) : any(a.per_s, a.burst), anew(b.per_s, b.burst) {}
+    bool are_open(bool begins_anew, double now_s);
+    void take(bool begins_anew);
+    TokenBucket any, anew;
+  };
+  struct Program {
+    ProgramId id{};
+    Buckets buckets{kOfOne, kAnewOfOne};
+  };
+  Buckets& buckets_of(const ProgramId& program);
+
+  std::deque<Program> programs_;  // the longest known first
+  Buckets all_{kOfAll, kAnewOfAll};
+  std::uint64_t refused_ = 0;
+};
+
+}  // namespace sectio
