@@ -50,11 +50,13 @@ void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& ri
   if (!next) return;
   if (!has_ahead_) ahead_world_ = right_world;
   has_ahead_ = true;
-  Vec3 normal = next->normal_world;
+  const bool carries = closes_ && !pressed_ && !frame.gravity_m_per_s2.isZero();
+  const Vec3 wanted = carries ? Vec3(-frame.gravity_m_per_s2.normalized()) : next->normal_world;
+  Vec3 normal = wanted;
   if (contact_) {
     const Vec3 way = next->point_world_m - contact_->point_world_m;
     const double share = std::min(1.0, way.norm() / kTurn_m);
-    normal = (contact_->normal_world + share * (next->normal_world - contact_->normal_world)).normalized();
+    normal = (contact_->normal_world + share * (wanted - contact_->normal_world)).stableNormalized();
     if (pressed_ && way.norm() > 1e-6) ahead_world_ += share * (way.normalized() - ahead_world_);
   }
   contact_ = Contact{next->point_world_m, normal};

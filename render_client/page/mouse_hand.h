@@ -4,7 +4,7 @@
 // hand. The instrument stands on the mean of the surface around its tip: a hand doesn't turn with every bump, and a
 // thin vessel is cut along the line of sight. Beside the tissue, and over an open cut, the tip of a stroke follows the
 // plane through the last contact, and a hovering one stays as far from the eye. The sharp edge leads: the instrument
-// turns into the direction of its motion. Jaws that are closed carry what they hold higher than an empty hand hovers.
+// turns into the direction of its motion. Closed jaws carry what they hold upright, and higher than a hand hovers.
 //
 // The result is a wish: a device_bridge draws a mass along it, which tissue holds up. Time is passed in.
 #pragma once
@@ -24,7 +24,7 @@ struct Pointer {
 class MouseHand {
  public:
   static constexpr double kHover_m = 0.008;
-  static constexpr double kCarry_m = 0.03;
+  static constexpr double kCarry_m = 0.04;
   static constexpr double kAround_m = 0.012;  // so far the surface around the tip counts for its normal
   static constexpr double kDefaultDepth_m = 0.005;
   static constexpr double kDeepest_m = 0.05;

@@ -378,6 +378,10 @@ void NewtonStep::finish(const Problem& problem, double step_s, std::span<const V
     Vec3 velocity = Vec3::Zero();
     for (const auto& [particle, weight] : problem.supports->of(n))
       velocity += weight * velocity_m_per_s[particle].head<3>().cast<double>();
+    if (held_[n].stiffness_n_per_m == 0) {
+      reactions[n] = reaction_of_wall(problem.constraints[n], at(problem, n, problem.inertial_world_m));
+      continue;
+    }
     const Vec3& force = held_[n].force_n;
     borne_.push_back({point_of(problem.constraints[n]), force});
     reactions[n] = {-force, !force.isZero(0), step_s * force.dot(velocity)};

@@ -71,6 +71,21 @@ bool is_sample(const PointConstraint& c) {
 
 }  // namespace
 
+Reaction reaction_of_wall(const PointConstraint& c, const Vec3& point) {
+  if (c.sticks) return {};
+  Vec3 force_n = Vec3::Zero();
+  if (c.unilateral) {
+    const double depth_m = std::max(0.0, depth_of(c, point));
+    const double spring_m = c.compliance_m_per_n > 0 ? std::min(depth_m, c.gives_most_m) : 0;
+    const double spring_n = spring_m > 0 ? spring_m / c.compliance_m_per_n : 0;
+    force_n = (spring_n + kWall_n_per_m * (depth_m - spring_m)) * c.normal;
+  } else if (c.compliance_m_per_n > 0) {
+    force_n = (point - c.target_world_m) / c.compliance_m_per_n;
+    force_n *= std::min(1.0, c.largest_force_n / std::max(force_n.norm(), c.largest_force_n));
+  }
+  return {force_n, !force_n.isZero(0), 0};
+}
+
 void ConstraintSupports::add(std::uint32_t particle, double weight) {
   for (std::size_t i = first_.back(); i < shares_.size(); ++i)
     if (shares_[i].particle == particle) {
@@ -107,6 +122,8 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
       const Vec3 begun = free - step_s * carried(supports.of(n), velocity_m_per_s);
       before[n] = {depth_of(constraints[n], begun), depth_of(constraints[n], free)};
     }
+  for (std::size_t n = 0; n < constraints.size(); ++n)
+    if (inverse_of[n] == 0) reactions[n] = reaction_of_wall(constraints[n], carried(supports.of(n), position_world_m));
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double largest = 0, largest_change = 0;
     for (std::size_t n = 0; n < constraints.size(); ++n) {
@@ -134,7 +151,8 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
     if (samples && largest_change <= kConverged * kConverged * largest) break;
   }
   for (std::size_t n = 0; n < constraints.size(); ++n)
-    reactions[n].work_j = -step_s * reactions[n].force_on_tool_n.dot(carried(supports.of(n), velocity_m_per_s));
+    if (inverse_of[n] > 0)
+      reactions[n].work_j = -step_s * reactions[n].force_on_tool_n.dot(carried(supports.of(n), velocity_m_per_s));
 }
 
 void project(std::span<const PointConstraint> constraints, std::span<const double> inverse_mass, double step_s,

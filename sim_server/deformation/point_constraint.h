@@ -61,11 +61,17 @@ inline PointConstraint drag(VertexId v, const Vec3& from_world_m, const Vec3& to
   return hold(v, from_world_m + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way);
 }
 
+// Stiffness of tissue that can't move, in series with what gives way: about as much as a device can render.
+constexpr double kWall_n_per_m = 2000;
+
 struct Reaction {
   Vec3 force_on_tool_n = Vec3::Zero();  // - sum m_i dx_i / h^2
   bool active = false;                  // the constraint moved something
   double work_j = 0;                    // by the tool: its force times the displacement of the point in this step
 };
+
+// The force at a point that can't move, whatever pulls or presses it.
+Reaction reaction_of_wall(const PointConstraint& constraint, const Vec3& point_world_m);
 
 // The particles that carry the point of each constraint, with weights: the corners of its triangle, or the nodes of a
 // lattice that these corners are embedded in.

@@ -11,6 +11,7 @@
 namespace sectio {
 namespace {
 
+constexpr double kPressedIn_m = 0.005;  // the side of a body that an edge has pressed in is so far further back
 constexpr double kLetGo_m = 5e-4;    // this far above the surface a contact ends
 constexpr double kBeneath_m = 3e-4;  // there is tissue this far ahead of what presses
 constexpr const char* kPushedThrough = "it was pushed through, and the skin slipped off";
@@ -111,10 +112,13 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   if (before || !poses.empty()) edge_ = edge_.at(poses.empty() ? *before : poses.back());
   opening_before_rad_ = before ? before->opening_rad : edge_.pose().opening_rad;
   if (phase_ == Phase::through && is_clear_of(body_, edge_)) phase_ = Phase::free, tracker_.reset();
+  if (const auto sharp_side = edge_.sharp_side_world(); sharp_side && before)
+    came_sideways_m_ += std::max(0.0, sharp_side->dot(edge_.tip_world_m() - edge_.at(*before).tip_world_m()));
   if (is_round()) return press_round(before && continuous ? *before : edge_.pose());
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !press_.on_tool().at_tip);
   if (looks && !is_near(body_, edge_, before, poses)) {
     tracker_.reset();
+    came_sideways_m_ = 0;
     rupture_.set_just_cut(false);
     if (phase_ == Phase::pressing) set_free();
     return;
@@ -332,7 +336,7 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
   point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
   normal_ = view.normal(entry_->triangle);
   entries.push_back(*entry_);
-  motions.push_back(stroke_.begin(body_, edge_, point_, came_in_sideways_));
+  motions.push_back(stroke_.begin(body_, edge_, point_, came_in_sideways_ ? came_sideways_m_ + kPressedIn_m : 0));
   entry_.reset();
 }
 

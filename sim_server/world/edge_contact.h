@@ -79,7 +79,7 @@ class EdgeContact {
 
   template <class A>
   void archive(A& a) {
-    a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_, stroke_,
+    a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_, came_sideways_m_, stroke_,
       ended_at_, deep_steps_, steps_beneath_, groove_searches_, point_, normal_, contact_points_, constraints_,
       force_n_, said_tip_is_outside_, events_);
   }
@@ -147,6 +147,7 @@ class EdgeContact {
   RuptureGauge rupture_;
   std::optional<Entry> entry_;     // a stroke begins here in this step
   bool came_in_sideways_ = false;  // it began sideways rather than with the tip first
+  double came_sideways_m_ = 0;     // how far the edge has gone towards its sharp side since it was clear of the body
   EdgeStroke stroke_;
   std::optional<Pose> slips_off_;  // tissue with this frame slips off the edge in this step, which ends the stroke
   Vec3 ended_at_ = Vec3::Zero();   // the last cut ended here

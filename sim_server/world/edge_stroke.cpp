@@ -68,7 +68,7 @@ struct EdgeOnWay {
 
 }  // namespace
 
-BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool sideways) {
+BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, double sideways_m) {
   tip_before_world_m_ = edge.tip_world_m();
   drags_end_ = false;
   BladeMotion motion{edge.id(), {limited_blade(body, edge, point_world_m)}, false};
@@ -77,8 +77,8 @@ BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3
     return motion;
   }
   // A blade that breaks in sideways comes from outside.
-  if (sideways)
-    if (const auto outside = blade_outside(body, edge, motion.path.front()))
+  if (sideways_m > 0)
+    if (const auto outside = blade_outside(body, edge, motion.path.front(), sideways_m))
       motion.path.insert(motion.path.begin(), *outside);
   motion.active = swept_over(body, edge, motion.path.front(), motion.path);
   return motion;

@@ -24,8 +24,8 @@ struct StrokeStep {
 
 class EdgeStroke {
  public:
-  // The edge breaks in here; `sideways`: not with its tip first.
-  BladeMotion begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool sideways);
+  // The edge breaks in here, after it came so far sideways; 0: with its tip first.
+  BladeMotion begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, double sideways_m);
 
   struct Outcome {
     BladeMotion motion;

@@ -117,13 +117,13 @@ std::optional<SurfaceHit> sharp_edge_deep_inside(Body& body, const InstrumentEdg
   return uncut_tissue_at(body, edge, tip - kDeepEdge_m * *sharp_side);
 }
 
-std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const Blade& inside) {
+std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const Blade& inside, double farthest_back_m) {
   const std::optional<Vec3> sharp_side = edge.sharp_side_world();
   if (!sharp_side) return {};
   const SurfaceView view = body.view();
   const CollisionEngine& tree = body.tree();
   std::optional<Blade> outside;
-  double most_m = kFarthestBack_m;
+  double most_m = std::min(kFarthestBack_m, farthest_back_m);
   for (double back_m = kBackStep_m; back_m <= most_m; back_m += kBackStep_m) {
     Blade blade = inside;
     blade.tip_world_m -= back_m * *sharp_side;

@@ -39,8 +39,8 @@ std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge
 std::optional<SurfaceHit> sharp_edge_deep_inside(Body& body, const InstrumentEdge& edge, const JointPose& before);
 
 // The blade further back, outside of the body or in a slit of it, with what it has pushed in between. Nothing: there is
-// no such place near by.
-std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const Blade& inside);
+// no such place within `farthest_back_m`.
+std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const Blade& inside, double farthest_back_m);
 // The leaf of the decision tree (paper B, figure 4) for the parts of the instrument that cross the surface.
 CutDecision decide_by_surface(Body& body, const InstrumentEdge& edge, bool is_correct_direction, Jaws jaws);
 // The triangles that a blade comes near from one place along a path.

@@ -88,7 +88,8 @@ TEST_F(Mouse, lifts_what_closed_jaws_hold_and_does_not_climb_with_it) {
     frame = ball(kRadius_m + lift_m);
     move(0.02 + 1e-4 * i, 0.01, false, true);
   }
-  EXPECT_NEAR(height_m(), MouseHand::kCarry_m, 5e-4);
+  EXPECT_NEAR(height_m(), MouseHand::kCarry_m, 2e-3);  // straight up, and the ball falls away
+  EXPECT_GT((hand.wish()->orientation * Vec3::UnitZ()).z(), std::cos(0.2) - 1e-3) << "upright, but for its lean";
   move(0.03, 0.01, false);
   move(0.03, 0.01, false);
   wait(1.0);
