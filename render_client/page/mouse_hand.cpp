@@ -58,6 +58,12 @@ void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& ri
     const double share = std::min(1.0, way.norm() / kTurn_m);
     normal = (contact_->normal_world + share * (wanted - contact_->normal_world)).stableNormalized();
     if (pressed_ && way.norm() > 1e-6) ahead_world_ += share * (way.normalized() - ahead_world_);
+    // A stroke begins where the edge faces: it turns on the spot, before it goes anywhere.
+    if (!pressed_) begins_at_m_.reset();
+    if (pressed_ && !begins_at_m_) begins_at_m_ = contact_->point_world_m, has_begun_ = false;
+    if (const Vec3 since = pressed_ ? Vec3(next->point_world_m - *begins_at_m_) : Vec3(Vec3::Zero());
+        !has_begun_ && since.norm() > kBegins_m)
+      ahead_world_ = since.normalized(), has_begun_ = true;
   }
   contact_ = Contact{next->point_world_m, normal};
   const Vec3 flat = across(ahead_world_, normal);

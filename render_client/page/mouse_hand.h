@@ -30,6 +30,7 @@ class MouseHand {
   static constexpr double kDeepest_m = 0.05;
   static constexpr double kSink_m_per_s = 0.08;  // down into the tissue and up again
   static constexpr double kTurn_m = 0.006;       // the edge turns into the direction of motion over this way
+  static constexpr double kBegins_m = 0.001;     // at once, when a stroke has gone so far
   static constexpr double kWidest_rad = 0.6;     // widest angle of jaws
   static constexpr double kSnip_rad = 0.14;      // scissors, which then cut 8 mm: a blade's length would leave a curve
   static constexpr double kJaws_rad_per_s = 1.5;
@@ -62,6 +63,8 @@ class MouseHand {
   SurfaceShot shot_;  // taken when a button went down
   Vec3 ahead_world_ = Vec3::UnitX();
   bool has_ahead_ = false;
+  std::optional<Vec3> begins_at_m_;  // where the button went down
+  bool has_begun_ = false;           // the stroke has a direction
   bool pressed_ = false, closes_ = false;
   bool button_is_down_ = false, any_is_down_ = false;
   unsigned presses_beside_ = 0;

@@ -45,25 +45,37 @@ LineWatch::LineWatch(const LineSpec& line, const Pose& body_pose_world, double s
   beside_m_.resize(points_world_m_.size());
 }
 
+// A cut that goes on beyond an end of the line is longer than the line, and not beside it.
+Vec3 LineWatch::aside_of(std::size_t point, const Vec3& from_point_m) const {
+  if (points_world_m_.size() < 2 || (point > 0 && point + 1 < points_world_m_.size())) return from_point_m;
+  const Vec3& inner_m = points_world_m_[point > 0 ? point - 1 : 1];
+  const Vec3 outwards = (points_world_m_[point] - inner_m).stableNormalized();
+  return from_point_m - std::max(0.0, from_point_m.dot(outwards)) * outwards;
+}
+
 void LineWatch::add(const Vec3& tip_world_m, const Vec3& shaft_world, double way_m) {
   double least_m = HUGE_VAL, depth_m = 0;
+  Vec3 from_line_m = Vec3::Zero();
   std::size_t nearest = 0;
   for (std::size_t i = 0; i < points_world_m_.size(); ++i) {
     const Vec3 to_point = points_world_m_[i] - tip_world_m;
     const double above_m = std::max(0.0, to_point.dot(shaft_world));
-    const double beside_m = (to_point - above_m * shaft_world).norm();
+    const Vec3 from_point_m = above_m * shaft_world - to_point;
+    const double beside_m = from_point_m.norm();
     if (beside_m < within_m_ && above_m > 0.5 * depth_wanted_m_) cut_[i] = true;
     if (beside_m >= least_m) continue;
     least_m = beside_m;
+    from_line_m = from_point_m;
     nearest = i;
     depth_m = above_m;
   }
+  if (least_m > within_m_) astray_m_ += way_m;
+  least_m = aside_of(nearest, from_line_m).norm();
   if (nearest < beside_m_.size()) beside_m_[nearest] = std::max(beside_m_[nearest].value_or(0), least_m);
   way_m_ += way_m;
   square_m3_ += way_m * least_m * least_m;
   most_m_ = std::max(most_m_, least_m);
   depth_way_m2_ += way_m * depth_m;
-  if (least_m > within_m_) astray_m_ += way_m;
   // Two low-passes, one behind the other, lag behind a steady motion; twice the first less the second doesn't.
   const double share = 1 - std::exp(-2 * M_PI * kTremor_hz * step_s_);
   if (!slow_world_m_) slow_world_m_ = slower_world_m_ = tip_world_m;

@@ -90,6 +90,8 @@ class LineWatch {
   }
 
  private:
+  Vec3 aside_of(std::size_t point, const Vec3& from_point_m) const;
+
   double depth_wanted_m_ = 0, within_m_ = 0, step_s_ = 0;
   std::vector<Vec3> points_world_m_;  // a millimetre apart
   std::vector<bool> cut_;

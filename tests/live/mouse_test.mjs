@@ -32,6 +32,39 @@ function snips_of(points) {
   return [...line, mean(points.filter(([x]) => x > last - 3))];
 }
 
+// Places whose colour is one; places are those of the canvas beside the panel. `is_it`: (r, g, b) => whether.
+function painted(page, is_it) {
+  return page.see(({ data, width, height }, is_it) => {
+    const end = Math.min(width, document.getElementById('panel').getBoundingClientRect().left - 10), at = [];
+    const matches = eval(is_it);
+    for (let y = 0; y < height; ++y)
+      for (let x = 0; x < end; ++x) {
+        const i = 4 * (y * width + x);
+        if (matches(data[i], data[i + 1], data[i + 2])) at.push([x, y]);
+      }
+    return at;
+  }, is_it.toString());
+}
+const extent = (points, k) => [Math.min, Math.max].map((most) => points.reduce((m, p) => most(m, p[k]), points[0][k]));
+
+async function set_depth(page, place, depth_m) {
+  for (;;) {
+    const now = await page.state();
+    if (Math.abs(now.depth_m - depth_m) < 4e-4) return;
+    const deltaY = now.depth_m > depth_m ? -WHEEL_NOTCH : WHEEL_NOTCH;
+    await page.mouse('mouseWheel', ...place, 0, { deltaX: 0, deltaY });
+    await page.until('another depth', (s) => s.depth_m !== now.depth_m);
+  }
+}
+
+async function change_instruments(page, held) {
+  await page.click('Put down');
+  await page.until('free hands', (s) => s.held === null);
+  await page.evaluate(`[...document.querySelectorAll('button:enabled')]
+    .filter((button) => button.textContent === 'Take in hand')[${held}].click()`);
+  await page.until('the other instrument in hand', (s) => s.held === held);
+}
+
 async function do_exercise(name, act, forgives) {
   const session = await Session.begin(join(root, `deploy/scenes/${name}.yaml`));
   const browser = new Browser();
@@ -40,7 +73,7 @@ async function do_exercise(name, act, forgives) {
     await page.until('a replica that equals the server', (s) => equal(s) && s.pictures > 0);
     await page.click('Take in hand');
     await page.until('the instrument in hand', (s) => s.held === 0);
-    await act(page, await page.ink());
+    await act(page);
     await page.click('Score');
     const { score } = await page.until('the score', (s) => s.score.length > 5);
     if (process.argv[2]) await page.picture(join(process.argv[2], `${name}.png`));
@@ -56,8 +89,8 @@ async function do_exercise(name, act, forgives) {
 }
 
 await check('a scalpel cuts the disc around a mole out', async () => {
-  const outcome = await do_exercise('exercise_disc', async (page, points) => {
-    const ring = ring_of(points);
+  const outcome = await do_exercise('exercise_disc', async (page) => {
+    const ring = ring_of(await page.ink());
     await page.drag([...ring, ...ring.slice(0, 5)], 80);
     await page.until('the word of it', (s) => s.lines.some((line) => line.text === 'a piece of skin_pad is free'));
   });
@@ -65,12 +98,10 @@ await check('a scalpel cuts the disc around a mole out', async () => {
 });
 
 await check('scissors cut along a curve, snip by snip', async () => {
-  const outcome = await do_exercise('exercise_curve', async (page, points) => {
-    const snips = snips_of(points);
+  const outcome = await do_exercise('exercise_curve', async (page) => {
+    const snips = snips_of(await page.ink());
     await page.mouse('mouseMoved', ...snips[0]);
-    for (const notch of [-WHEEL_NOTCH, -WHEEL_NOTCH])
-      await page.mouse('mouseWheel', ...snips[0], 0, { deltaX: 0, deltaY: notch });
-    await page.until('blades that go 3 mm deep', (s) => Math.abs(s.depth_m - 0.003) < 1e-4);
+    await set_depth(page, snips[0], 0.002);
     let turns = 0;
     for (const [i, place] of snips.entries()) {
       const [from, to] = [snips[Math.max(0, i - 1)], snips[Math.min(snips.length - 1, i + 1)]];
@@ -90,4 +121,35 @@ await check('scissors cut along a curve, snip by snip', async () => {
   }, 'incisions');
   assert.ok(outcome.cut_m > 0.04, `${outcome.cut_m} m`);
   assert.ok(outcome.incisions <= 3, `${outcome.incisions} cuts that don't meet`);
+});
+
+await check('a tumour is cut out, lifted with forceps, and put into the tray', async () => {
+  const outcome = await do_exercise('exercise_tumour', async (page) => {
+    const spot = await painted(page, (r, g, b) => r > 90 && g > 0.72 * r && g < 0.97 * r && g - b > 0.12 * r);
+    const steel = await painted(page, (r, g, b) => r > 60 && Math.abs(r - g) < 14 && b > r && b - r < 25);
+    const [x, y] = [0, 1].map((k) => extent(spot, k));
+    const middle = [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2];
+    const tray = mean(steel.filter((p) => p[1] > y[1] + 100));
+    const ring = Array.from({ length: TURNS + 6 }, (_, k) => 2 * Math.PI * k / TURNS)
+      .map((turn) => [middle[0] + 0.625 * (x[1] - x[0]) * Math.cos(turn), middle[1] + 0.65 * (y[1] - y[0]) * Math.sin(turn)]);
+    await page.drag(ring, 80);
+    await page.until('the word of it', (s) => s.lines.some((line) => line.text === 'a piece of liver is free'));
+    await change_instruments(page, 1);
+    await page.mouse('mouseMoved', ...middle);
+    await set_depth(page, middle, 0.001);
+    await page.mouse('mousePressed', ...middle, 1);
+    await sleep(900);
+    await page.mouse('mousePressed', ...middle, 3, { button: 'right' });
+    await sleep(900);
+    await page.mouse('mouseReleased', ...middle, 2);
+    await sleep(900);
+    for (let k = 1; k <= 30; ++k) {
+      await page.mouse('mouseMoved', ...middle.map((m, axis) => m + (tray[axis] - m) * k / 30), 2);
+      await sleep(100);
+    }
+    await sleep(500);
+    await page.mouse('mouseReleased', ...tray, 0, { button: 'right' });
+    await sleep(2000);
+  });
+  assert.ok(outcome.marked_in_bin_fraction > 0.9, `${outcome.marked_in_bin_fraction} of it`);
 });

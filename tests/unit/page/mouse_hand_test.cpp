@@ -193,6 +193,13 @@ TEST_F(Mouse, the_sharp_edge_leads) {
   EXPECT_LT((hand.wish()->orientation * Vec3::UnitX()).x(), -0.9);
 }
 
+TEST_F(Mouse, the_edge_faces_along_a_stroke_from_its_first_millimetres) {
+  move(0, 0.02, false);
+  move(0, 0.02, true);
+  for (double y = 0.02; y > 0.0175; y -= 0.0005) move(0, y, true);
+  EXPECT_LT((hand.wish()->orientation * Vec3::UnitX()).y(), -0.9);
+}
+
 TEST_F(Mouse, the_second_button_closes_jaws) {
   move(0, 0, false);
   EXPECT_EQ(hand.wish()->opening_rad, MouseHand::kWidest_rad);
