@@ -63,7 +63,7 @@ class MouseHand {
   SurfaceShot shot_;  // taken when a button went down
   Vec3 ahead_world_ = Vec3::UnitX();
   bool has_ahead_ = false;
-  std::optional<Vec3> begins_at_m_;  // where the button went down
+  std::optional<Vec3> begins_at_m_;  // the place at which the button went down
   bool has_begun_ = false;           // the stroke has a direction
   bool pressed_ = false, closes_ = false;
   bool button_is_down_ = false, any_is_down_ = false;

@@ -12,8 +12,8 @@ namespace sectio {
 namespace {
 
 constexpr double kPressedIn_m = 0.005;  // the side of a body that an edge has pressed in is so far further back
-constexpr double kLetGo_m = 5e-4;    // this far above the surface a contact ends
-constexpr double kBeneath_m = 3e-4;  // there is tissue this far ahead of what presses
+constexpr double kLetGo_m = 5e-4;       // this far above the surface a contact ends
+constexpr double kBeneath_m = 3e-4;     // there is tissue this far ahead of what presses
 constexpr const char* kPushedThrough = "it was pushed through, and the skin slipped off";
 constexpr const char* kPressedTooFar = "it was pressed in further than the skin gives way, and the skin slipped off";
 constexpr const char* kThroughWhole = "a part that moves as a whole isn't cut: the blade goes through it";

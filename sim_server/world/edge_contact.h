@@ -79,9 +79,9 @@ class EdgeContact {
 
   template <class A>
   void archive(A& a) {
-    a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_, came_sideways_m_, stroke_,
-      ended_at_, deep_steps_, steps_beneath_, groove_searches_, point_, normal_, contact_points_, constraints_,
-      force_n_, said_tip_is_outside_, events_);
+    a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_,
+      came_sideways_m_, stroke_, ended_at_, deep_steps_, steps_beneath_, groove_searches_, point_, normal_,
+      contact_points_, constraints_, force_n_, said_tip_is_outside_, events_);
   }
 
  private:

@@ -117,7 +117,8 @@ std::optional<SurfaceHit> sharp_edge_deep_inside(Body& body, const InstrumentEdg
   return uncut_tissue_at(body, edge, tip - kDeepEdge_m * *sharp_side);
 }
 
-std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const Blade& inside, double farthest_back_m) {
+std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const Blade& inside,
+                                   double farthest_back_m) {
   const std::optional<Vec3> sharp_side = edge.sharp_side_world();
   if (!sharp_side) return {};
   const SurfaceView view = body.view();
