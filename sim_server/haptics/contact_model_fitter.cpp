@@ -75,11 +75,13 @@ const ContactModel& ContactModelFitter::fit(const ContactStep& step) {
   return model_;
 }
 
-// A held thing is as stiff as its springs at most, and a piece in the air has no stiffness: the hand is told half of
-// it, and never errs by more.
+// A piece is as stiff as its springs at most, and in the air it has no stiffness: the hand is told half of it, and
+// never errs by more. Tissue that is held by its points may be stiffer.
 const ContactModel& ContactModelFitter::hold(const FeltGrip& grip) {
   model_.stiffness_n_per_m = model_.damping_n_s_per_m = model_.mass_kg = 0;
   model_.side_stiffness_n_per_m = 0.5 * grip.stiffness_n_per_m;
+  if (grip.is_tissue)
+    model_.side_stiffness_n_per_m = std::max(model_.side_stiffness_n_per_m, tissue_.stiffness_n_per_m);
   model_.yield_n = grip.largest_force_n;
   return model_;
 }

@@ -33,6 +33,7 @@ struct FeltTissue {
 struct FeltGrip {
   double stiffness_n_per_m = 0, largest_force_n = 0;
   Vec3 velocity_world_m_per_s = Vec3::Zero();  // the velocity of the held thing
+  bool is_tissue = false;                      // it is held by its points, without springs
 };
 
 constexpr std::uint32_t kNoBody = 0xffffffffu;

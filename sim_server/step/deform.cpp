@@ -39,7 +39,7 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
   const std::size_t of_edges = constraints.size();
   for (std::uint32_t t = 0; t < world.tools.size(); ++t) {
     const std::size_t from = constraints.size();
-    if (world.tools[t].pose) world.tools[t].grasp.append(body, constraints);
+    if (world.tools[t].pose) world.tools[t].grasp.append(body, world.scene.step_s, constraints);
     say_whose(from, grasp_source(world, t));
   }
   for (std::size_t i = 0; i < world.interactions.size(); ++i) {

@@ -146,7 +146,7 @@ void Grasp::track(std::span<const std::unique_ptr<Body>> bodies, double step_s) 
       place_m += p.share * at_m;
       lag_m += p.share * (target_of(p) - at_m);
     }
-  if (lag_m.norm() > kSlipsAt * radius_m_) let_go("slipped");
+  if (lag_m.norm() > (holds_tissue() ? 1 : kSlipsAt) * radius_m_) let_go("slipped");
   velocity_m_per_s_ = held_at_m_ && !held_.empty() ? Vec3((place_m - *held_at_m_) / step_s) : Vec3::Zero();
   held_at_m_ = held_.empty() ? std::nullopt : std::optional(place_m);
 }
@@ -172,21 +172,22 @@ void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>>
   track(bodies, step_s);
 }
 
-void Grasp::append(const Body& body, std::vector<PointConstraint>& constraints) const {
+void Grasp::append(const Body& body, double step_s, std::vector<PointConstraint>& constraints) const {
   const auto held = std::ranges::find(held_, body.id, &Held::body_id);
   if (held == held_.end()) return;
-  for (const Point& p : held->points) constraints.push_back(constraint_of(p, body));
+  for (const Point& p : held->points) constraints.push_back(constraint_of(p, body, step_s));
 }
 
 Vec3 Grasp::target_of(const Point& p) const {
-  return springs_at_m_ + pose_.orientation * p.at_tool_m;
+  return p.vertex == kNone ? Vec3(springs_at_m_ + pose_.orientation * p.at_tool_m) : pose_.to_world(p.at_tool_m);
 }
 
 // A rigid piece is held at points of its own, tissue by its vertices.
-PointConstraint Grasp::constraint_of(const Point& p, const Body& body) const {
-  PointConstraint c = hold(p.vertex, target_of(p));
-  c.point_world_m = place_of(p, body);
-  c.compliance_m_per_n = 1 / (p.share * stiffness_n_per_m());
+PointConstraint Grasp::constraint_of(const Point& p, const Body& body, double step_s) const {
+  const Vec3 at = place_of(p, body);
+  PointConstraint c = p.vertex == kNone ? hold(p.vertex, target_of(p)) : drag(p.vertex, at, target_of(p), step_s);
+  c.point_world_m = at;
+  if (p.vertex == kNone) c.compliance_m_per_n = 1 / (p.share * stiffness_n_per_m());
   c.largest_force_n = p.share * largest_force_n_;
   return c;
 }

@@ -1,8 +1,10 @@
-// The grasp of one instrument's tips (paper C, 3.1). Jaws that close hold a loose piece, or the points of tissue, in a
-// sphere that is a little larger than the ball about the tips, which pushes tissue while they are open. Held points
-// hang on springs, which follow the hand, and not faster than hands move, so that no motion brings more energy than the
-// largest force times the path of the tissue. The springs give way by the sphere's radius at the largest force, and the
-// points slip out a little beyond. So what jaws hold is never stiffer than force over radius, whatever it is stuck in.
+// The grasp of one instrument's tips (paper C, 3.1). Jaws that close hold a loose piece, or the points of tissue, in
+// a sphere that is a little larger than the ball about the tips, which pushes tissue while they are open. Points of
+// tissue follow the hand by a force with a cap, and not faster than hands move, so that no motion brings more energy
+// than the cap times the path of the tissue; points that are pulled further than the sphere's radius slip out. A
+// piece hangs on springs, which give way by the radius at the largest force, and follow the hand no faster, either;
+// it slips out a little beyond. So a piece is never stiffer in the hand than force over radius, whatever it is stuck
+// in.
 #pragma once
 
 #include <array>
@@ -38,7 +40,7 @@ class Grasp {
   // The instrument is gone: it holds nothing, and its jaws must open before they close on something again.
   void withdraw();
   // Appends the constraints on the points of a body in this step.
-  void append(const Body& body, std::vector<PointConstraint>& constraints) const;
+  void append(const Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
   // Takes the reaction of one of these constraints.
   void felt(const Reaction& reaction);
 
@@ -50,6 +52,7 @@ class Grasp {
   bool holds(std::uint32_t body_id) const;
   std::optional<std::uint32_t> held_body() const;  // the one that was grasped first
   bool holds_something() const { return !held_.empty(); }
+  bool holds_tissue() const { return holds_something() && held_.front().points.front().vertex != kNone; }
   const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // force of this step
   double stiffness_n_per_m() const { return largest_force_n_ / radius_m_; }
   double largest_force_n() const { return largest_force_n_; }
@@ -87,7 +90,7 @@ class Grasp {
   void hold_tissue(std::span<const std::unique_ptr<Body>> bodies);
   static Vec3 place_of(const Point& point, const Body& body);
   Vec3 target_of(const Point& point) const;
-  PointConstraint constraint_of(const Point& point, const Body& body) const;
+  PointConstraint constraint_of(const Point& point, const Body& body, double step_s) const;
   std::vector<Point> points_of_jaws(const Body& piece, double share) const;
   void track(std::span<const std::unique_ptr<Body>> bodies, double step_s);
   void share_out();

@@ -50,7 +50,7 @@ ContactStep Tool::contact(double sim_time_s) const {
   step.reaction_world_n = grasp.force_on_tool_n();
   if (grasp.holds_something()) {
     step.state = ContactState::held;
-    step.grip = {grasp.stiffness_n_per_m(), grasp.largest_force_n(), grasp.velocity_m_per_s()};
+    step.grip = {grasp.stiffness_n_per_m(), grasp.largest_force_n(), grasp.velocity_m_per_s(), grasp.holds_tissue()};
   }
   step.sim_time_s = sim_time_s;
   step.tip = tip;

@@ -24,8 +24,8 @@ TEST_P(FeltGrip, of_tissue_is_quiet) {
     for (const auto& [wire, hand] : ends) {
       const auto felt = felt_in_scene(gripped_block(GetParam(), young_pa), 0, kLifts_s, wire, hand);
       const FeltHold hold = hold_of(felt, kGripped_s);
-      EXPECT_LT(hold.ripple_n, 0.02) << young_pa << " Pa, " << wire.delay_s << " s";
-      EXPECT_LT(hold.power_w, 1e-4) << young_pa << " Pa, " << wire.delay_s << " s";
+      EXPECT_LT(hold.ripple_n, 0.05) << young_pa << " Pa, " << wire.delay_s << " s";
+      EXPECT_LT(hold.power_w, 2e-4) << young_pa << " Pa, " << wire.delay_s << " s";
     }
 }
 
