@@ -4,6 +4,7 @@
 
 const FULL_FORCE_N = 5;     // force of a full bar
 const RETRY_MS = 1000;      // wait after a connection was lost
+const CONNECT_MS = 5000;    // a connection that takes longer is tried again
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
@@ -78,7 +79,7 @@ function flush() {
 async function connect() {
   let spoken = '';
   try {
-    spoken = (await (await fetch('version')).text()).trim();
+    spoken = (await (await fetch('version', { signal: AbortSignal.timeout(CONNECT_MS) })).text()).trim();
   } catch {
     refusal = 'no connection to the gateway';
   }
@@ -89,7 +90,9 @@ async function connect() {
   socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`, mine);
   socket.binaryType = 'arraybuffer';
   let was_open = false;
+  const late = setTimeout(() => socket.close(), CONNECT_MS);
   socket.onopen = () => {
+    clearTimeout(late);
     refusal = '';
     was_open = true;
     introduce();
@@ -103,6 +106,7 @@ async function connect() {
     lost_s = null;
   };
   socket.onclose = ({ reason }) => {
+    clearTimeout(late);
     refusal ||= reason ? `the gateway has ended the connection: this page ${reason}` : 'the connection to the gateway is lost';
     if (was_open) lose(reason);
     setTimeout(connect, RETRY_MS);
