@@ -24,9 +24,8 @@ void DividedConstraints::begin(std::span<const PointConstraint> constraints, con
       point += weight * position_world_m[particle].head<3>().cast<double>();
     end_[n] = c.target_world_m;
     // A unilateral constraint that holds at the start has its plane at the target all along; so does one with a spring
-    // in series, in which the point lies away from the target.
-    const bool presses = c.unilateral && (point - c.target_world_m).dot(c.normal) <= 0;
-    const bool keeps = c.compliance_m_per_n > 0 || presses;
+    // in series, in which the point lies beyond the target.
+    const bool keeps = c.unilateral && (c.compliance_m_per_n > 0 || (point - c.target_world_m).dot(c.normal) <= 0);
     start_[n] = keeps ? c.target_world_m : point;
   }
 }

@@ -131,7 +131,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
   int left = kMostProducts;
   for (int n = 0; n < parts; ++n) {
     for (std::size_t c = 0; c < part_.size(); ++c)
-      if (!constraints[c].unilateral && constraints[c].compliance_m_per_n == 0)  // others stay where they will be
+      if (!constraints[c].unilateral)  // a pressing target stays where it will be
         part_[c].target_world_m = from_[c] + (n + 1.0) / parts * (constraints[c].target_world_m - from_[c]);
     for (std::size_t c = 0; c < part_.size(); ++c) {
       taken_along_[c] = h * part_[c].target_velocity_m_per_s;

@@ -73,11 +73,9 @@ NewtonStep::Exerted NewtonStep::exerted(const Problem& problem, std::size_t n, s
   };
   if (!c.unilateral || c.sticks) {
     const bool lifts = c.unilateral && z.dot(c.normal) >= 0;
-    const double gives = 1 + c.compliance_m_per_n * k;
-    const Vec3 wanted_n = z / gives;
-    e.force_n = at_most(lifts ? 0 : c.largest_force_n, wanted_n, Mat3::Identity(), e.slope_n_per_m);
-    e.energy_j = share_j(wanted_n, e.force_n, k / gives);
-    e.slope_n_per_m *= lifts ? 0 : k / gives;
+    e.force_n = at_most(lifts ? 0 : c.largest_force_n, z, Mat3::Identity(), e.slope_n_per_m);
+    e.energy_j = share_j(z, e.force_n, k);
+    e.slope_n_per_m *= lifts ? 0 : k;
     return e;
   }
   // The spring, and beyond what it gives way the point itself: the larger force of the two, whose energies are the same

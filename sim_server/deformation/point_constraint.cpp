@@ -15,8 +15,7 @@ constexpr double kConverged = 1e-2;  // samples that rub: a sweep that changes n
 // The impulse (N s) still missing at the constrained point; `so_far` is the sum over earlier sweeps.
 Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_mass, double step_s,
                      const Vec3& so_far) {
-  const double a = c.compliance_m_per_n / step_s, moves = step_s / point_mass;
-  const Vec3 needed = (c.target_world_m - point - a * so_far) / (moves + a);
+  const Vec3 needed = point_mass / step_s * (c.target_world_m - point);
   if (!c.unilateral) {
     const Vec3 total = so_far + needed;
     const double most = step_s * c.largest_force_n, size = total.norm();
@@ -66,24 +65,17 @@ Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, const Depths
 }
 
 bool is_sample(const PointConstraint& c) {
-  return c.unilateral && (c.friction > 0 || c.compliance_m_per_n > 0);
+  return c.friction > 0 || c.compliance_m_per_n > 0;
 }
 
 }  // namespace
 
 Reaction reaction_of_wall(const PointConstraint& c, const Vec3& point) {
-  if (c.sticks) return {};
-  Vec3 force_n = Vec3::Zero();
-  if (c.unilateral) {
-    const double depth_m = std::max(0.0, depth_of(c, point));
-    const double spring_m = c.compliance_m_per_n > 0 ? std::min(depth_m, c.gives_most_m) : 0;
-    const double spring_n = spring_m > 0 ? spring_m / c.compliance_m_per_n : 0;
-    force_n = (spring_n + kWall_n_per_m * (depth_m - spring_m)) * c.normal;
-  } else if (c.compliance_m_per_n > 0) {
-    force_n = (point - c.target_world_m) / c.compliance_m_per_n;
-    force_n *= std::min(1.0, c.largest_force_n / std::max(force_n.norm(), c.largest_force_n));
-  }
-  return {force_n, !force_n.isZero(0), 0};
+  if (!c.unilateral || c.sticks) return {};
+  const double depth_m = std::max(0.0, depth_of(c, point));
+  const double spring_m = c.compliance_m_per_n > 0 ? std::min(depth_m, c.gives_most_m) : 0;
+  const double spring_n = spring_m > 0 ? spring_m / c.compliance_m_per_n : 0;
+  return {(spring_n + kWall_n_per_m * (depth_m - spring_m)) * c.normal, depth_m > 0, 0};
 }
 
 void ConstraintSupports::add(std::uint32_t particle, double weight) {

@@ -18,10 +18,10 @@ namespace sectio {
 constexpr double kFastestHand_m_per_s = 1;  // an instrument drives tissue no faster; no surgeon's hand is faster
 
 // Constrains the point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ). A two-sided constraint
-// puts the point at target_world_m after the step, or as near as its largest force and the spring in series allow. A
-// unilateral one keeps the point from lying further out along `normal` (unit, out of the tissue) than the target; it
-// never pulls. It may have a spring in series, and friction, by which it takes the point along with the instrument.
-// A constraint that sticks holds the point at the target as long as the tissue presses against it.
+// puts the point at target_world_m after the step, or as near as its largest force allows. A unilateral one keeps
+// the point from lying further out along `normal` (unit, out of the tissue) than the target; it never pulls. It may
+// have a spring in series, and friction, by which it takes the point along with the instrument. A constraint that
+// sticks holds the point at the target as long as the tissue presses against it.
 struct PointConstraint {
   std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
   std::array<double, 3> w{0, 0, 0};
@@ -31,7 +31,8 @@ struct PointConstraint {
   bool unilateral = false;
   bool sticks = false;
   double largest_force_n = std::numeric_limits<double>::infinity();  // largest force of a two-sided constraint
-  // A spring between point and target: two-sided, or pressed and not sticking; that one gives way by so much at most.
+  // A spring between point and target, which gives way by so much at most: of a unilateral constraint that does not
+  // stick, or of a two-sided one on a body that moves as a whole, up to its largest force.
   double compliance_m_per_n = 0, gives_most_m = std::numeric_limits<double>::infinity();
   bool is_ahead = false;  // ahead of an instrument's tip, rather than beside its shaft
   double friction = 0;    // Coulomb's coefficient of such a constraint
@@ -70,7 +71,7 @@ struct Reaction {
   double work_j = 0;                    // by the tool: its force times the displacement of the point in this step
 };
 
-// The force at a point that can't move, whatever pulls or presses it.
+// The force at a point that can't move, when something presses it.
 Reaction reaction_of_wall(const PointConstraint& constraint, const Vec3& point_world_m);
 
 // The particles that carry the point of each constraint, with weights: the corners of its triangle, or the nodes of a

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "configuration.h"
 #include "session.h"
 #include "state.h"
 #include "topology.h"
@@ -25,14 +26,6 @@ static const uint64_t kNoRevision = UINT64_MAX;
 static const uint32_t kFree = UINT32_MAX;
 static const dds_duration_t kPatience = DDS_SECS(60);
 static const dds_duration_t kPullAgain = DDS_SECS(2);
-
-// Without key hashes Fast DDS doesn't notice that a program leaves.
-static const char* kConfiguration =
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>63</MaxAutoParticipantIndex><Peers><Peer address='127.0.0.1'/></Peers>"
-    "<LeaseDuration>2s</LeaseDuration></Discovery><Internal><GenerateKeyhash>true</GenerateKeyhash></Internal>"
-    "</Domain></CycloneDDS>";
 
 typedef struct {
   sectio_wire_VertexEdit* vertices;  // one a slot

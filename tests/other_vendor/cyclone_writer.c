@@ -5,15 +5,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "configuration.h"
 #include "session.h"
 #include "tool.h"
 
-static const char* kConfiguration =
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>63</MaxAutoParticipantIndex><Peers><Peer address='127.0.0.1'/></Peers>"
-    "<LeaseDuration>2s</LeaseDuration></Discovery><Internal><GenerateKeyhash>true</GenerateKeyhash></Internal>"
-    "</Domain></CycloneDDS>";
 enum { kPackets = 3000, kNoTool = 9, kPause = 1 };
 
 static dds_entity_t made(dds_entity_t entity, const char* what) {
