@@ -34,6 +34,12 @@ std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const st
   return Contact{hit->point_world_m, mean_normal(*hit, ray, shot_, kAround_m)};
 }
 
+std::optional<MouseHand::Contact> MouseHand::contact_beside(const Ray& ray) const {
+  const std::optional<Hit> rim = pick_beside(ray, shot_, kBeside_m);
+  if (!rim) return std::nullopt;
+  return Contact{ray.from_world_m + rim->distance_m * ray.along_world, mean_normal(*rim, ray, shot_, kAround_m)};
+}
+
 void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& right_world) {
   closes_ = pointer.closes;
   const bool was_down = std::exchange(button_is_down_, pointer.pressed);
@@ -44,8 +50,9 @@ void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& ri
   }
   if (!was_any_down || !any_is_down_) shot_ = shot_of(frame);
   const std::optional<Hit> hit = pick(pointer.ray, shot_);
-  if (pointer.pressed && !was_down && !hit) ++presses_beside_;
-  const std::optional<Contact> next = contact_at(pointer.ray, hit);
+  std::optional<Contact> next = hit || pressed_ ? std::nullopt : contact_beside(pointer.ray);
+  if (pointer.pressed && !was_down && !hit && !next) ++presses_beside_;
+  if (!next) next = contact_at(pointer.ray, hit);
   pressed_ = pointer.pressed && next;
   if (!next) return;
   if (!has_ahead_) ahead_world_ = right_world;

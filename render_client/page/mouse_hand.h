@@ -2,8 +2,9 @@
 // while the first button is down, a depth beneath the surface. From the moment at which a button goes down the surface
 // is taken as it was then, so that neither the tissue that the instrument moves nor the piece that it holds moves the
 // hand. The instrument stands on the mean of the surface around its tip: a hand doesn't turn with every bump, and a
-// thin vessel is cut along the line of sight. Beside the tissue, and over an open cut, the tip of a stroke follows the
-// plane through the last contact, and a hovering one stays as far from the eye. The sharp edge leads: the instrument
+// thin vessel is cut along the line of sight. A stroke may begin beside a body: the tip is then as far from the eye as
+// the body's rim, goes down there, and comes into the body from outside. A stroke that has begun follows the plane
+// through its last contact where there is no tissue, and over an open cut; a hovering tip stays as far from the eye. The sharp edge leads: the instrument
 // turns into the direction of its motion. Closed jaws carry what they hold upright, and higher than a hand hovers.
 //
 // The result is a wish: a device_bridge draws a mass along it, which tissue holds up. Time is passed in.
@@ -26,6 +27,7 @@ class MouseHand {
   static constexpr double kHover_m = 0.008;
   static constexpr double kCarry_m = 0.04;
   static constexpr double kAround_m = 0.012;  // so far the surface around the tip counts for its normal
+  static constexpr double kBeside_m = 0.03;   // so near to a body's rim a stroke may begin beside it
   static constexpr double kDefaultDepth_m = 0.005;
   static constexpr double kDeepest_m = 0.05;
   static constexpr double kSink_m_per_s = 0.08;  // down into the tissue and up again
@@ -45,11 +47,11 @@ class MouseHand {
   // Time goes on: the tip sinks and rises, jaws close and open.
   void tick(double now_s);
 
-  // Nothing before the pointer has been over tissue.
+  // Nothing before the pointer has been over tissue, or near it.
   std::optional<JointPose> wish() const;
   double depth_m() const { return depth_m_; }
   bool pressed() const { return pressed_; }
-  // How often the button went down where there is no body.
+  // How often the button went down where there is no body near.
   unsigned presses_beside() const { return presses_beside_; }
 
  private:
@@ -58,6 +60,7 @@ class MouseHand {
     Vec3 normal_world;
   };
   std::optional<Contact> contact_at(const Ray& ray, const std::optional<Hit>& hit) const;
+  std::optional<Contact> contact_beside(const Ray& ray) const;
 
   std::optional<Contact> contact_;
   SurfaceShot shot_;  // taken when a button went down

@@ -37,6 +37,25 @@ std::optional<Hit> pick(const Ray& ray, const SurfaceShot& shot) {
   return nearest;
 }
 
+std::optional<Hit> pick_beside(const Ray& ray, const SurfaceShot& shot, double within_m) {
+  std::optional<Hit> nearest;
+  for (std::size_t b = 0; b < shot.bodies.size(); ++b) {
+    const auto& x = shot.bodies[b].positions_world_m;
+    for (const Triangle& t : shot.bodies[b].triangles) {
+      if (!t.alive() || t.surface != Surface::skin) continue;
+      if (t.v[0] >= x.size() || t.v[1] >= x.size() || t.v[2] >= x.size()) continue;
+      const Vec3 a = x[t.v[0]].cast<double>(), centre = (a + x[t.v[1]].cast<double>() + x[t.v[2]].cast<double>()) / 3;
+      const Vec3 area = (x[t.v[1]].cast<double>() - a).cross(x[t.v[2]].cast<double>() - a);
+      const double distance_m = ray.along_world.dot(centre - ray.from_world_m);
+      const double aside_m = (centre - ray.from_world_m).cross(ray.along_world).norm();
+      if (area.dot(ray.along_world) >= 0 || distance_m <= 0 || aside_m >= within_m) continue;
+      within_m = aside_m;
+      nearest = Hit{centre, area.normalized(), Surface::skin, distance_m, b};
+    }
+  }
+  return nearest;
+}
+
 Vec3 mean_normal(const Hit& hit, const Ray& ray, const SurfaceShot& shot, double within_m) {
   const SurfaceShot::Body& body = shot.bodies[hit.body];
   const auto& x = body.positions_world_m;

@@ -31,6 +31,9 @@ SurfaceShot shot_of(const Frame& frame);
 // O(triangles). Triangles that are seen from behind count, too.
 std::optional<Hit> pick(const Ray& ray, const SurfaceShot& shot);
 
+// The skin that faces the eye next to a line of sight that passes it by at most `within_m`. O(triangles).
+std::optional<Hit> pick_beside(const Ray& ray, const SurfaceShot& shot, double within_m);
+
 // The mean normal of the skin that faces the eye within a distance of a hit, on the same body: unit. Near triangles and
 // large ones count more. O(triangles).
 Vec3 mean_normal(const Hit& hit, const Ray& ray, const SurfaceShot& shot, double within_m);

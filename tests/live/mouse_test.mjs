@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { Browser, sleep } from './browser.mjs';
 import { check, equal, root, Session } from './session.mjs';
 
-const TURNS = 60, SNIPS = 20, WHEEL_NOTCH = 100;
+const TURNS = 60, SNIPS = 20, STRIPES = 5, WHEEL_NOTCH = 100;
 const KEY_TURNS_RAD = 0.1, FORESHORTENED = 0.8;  // heights on the screen, of what lies flat
 
 const mean = (points) => [0, 1].map((k) => points.reduce((sum, p) => sum + p[k], 0) / points.length);
@@ -46,6 +46,10 @@ function painted(page, is_it) {
   }, is_it.toString());
 }
 const extent = (points, k) => [Math.min, Math.max].map((most) => points.reduce((m, p) => most(m, p[k]), points[0][k]));
+
+// A way with so many places for each of its straight pieces.
+const between = (way, count) => way.slice(1).flatMap((to, i) =>
+  Array.from({ length: count }, (_, k) => [0, 1].map((axis) => way[i][axis] + (to[axis] - way[i][axis]) * (k + 1) / count)));
 
 async function set_depth(page, place, depth_m) {
   for (;;) {
@@ -121,6 +125,23 @@ await check('scissors cut along a curve, snip by snip', async () => {
   }, 'incisions');
   assert.ok(outcome.cut_m > 0.04, `${outcome.cut_m} m`);
   assert.ok(outcome.incisions <= 3, `${outcome.incisions} cuts that don't meet`);
+});
+
+await check('a knife that comes from beside a vessel divides it with one stroke', async () => {
+  const outcome = await do_exercise('exercise_vessel', async (page) => {
+    const line = await painted(page, (r, g, b) => b > 40 && b > 1.4 * r && b > 1.4 * g);
+    const [top, bottom] = extent(line, 1);
+    const way = places(line, STRIPES, ([, y]) => Math.min(STRIPES - 1, Math.floor((bottom - y) / (bottom - top) * STRIPES)));
+    const [first, last] = [way[0], way.at(-1)];
+    const below = [first[0] + 5, bottom + 1.1 * (bottom - top)], above = [last[0] + 10, top - 12];
+    await page.mouse('mouseMoved', ...below);
+    await page.until('a hand that hovers beside the vessel', (s) => s.tools[0].present);
+    await set_depth(page, below, 0.012);
+    await page.drag(between([below, ...way, above], 6), 60);
+    await page.until('the cut', (s) => s.cuts > 0);
+  });
+  assert.equal(outcome.pieces_freed, 1);
+  assert.ok(outcome.line_cut_fraction > 0.9, `${outcome.line_cut_fraction} of the line`);
 });
 
 await check('a tumour is cut out, lifted with forceps, and put into the tray', async () => {

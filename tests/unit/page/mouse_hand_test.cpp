@@ -27,6 +27,26 @@ Frame ball(double radius_m) {
   return frame;
 }
 
+// A rod of 1 cm along x that is seen from above.
+Frame rod() {
+  Frame frame;
+  BodyFrame& body = frame.bodies.emplace_back();
+  constexpr std::uint32_t kAround = 24, kAlong = 60;
+  for (std::uint32_t j = 0; j < kAlong; ++j)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const double turn = 2 * M_PI * i / kAround;
+      body.positions_world_m.push_back(
+          Vec3(0.001 * j - 0.03, 0.005 * std::cos(turn), 0.005 * std::sin(turn)).cast<float>());
+    }
+  for (std::uint32_t j = 0; j + 1 < kAlong; ++j)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const std::uint32_t a = j * kAround + i, b = j * kAround + (i + 1) % kAround;
+      body.triangles.push_back({{a, a + kAround, b}, Surface::skin});
+      body.triangles.push_back({{b, a + kAround, b + kAround}, Surface::skin});
+    }
+  return frame;
+}
+
 constexpr double kRadius_m = 0.1;
 
 Ray down_at(double x, double y) {
@@ -104,24 +124,8 @@ TEST_F(Mouse, that_hovers_beside_the_tissue_stays_as_far_from_the_eye) {
   EXPECT_LT(from_eye_m, 0.25);
 }
 
-// A rod of 1 cm that is seen from above: its sides don't turn the hand that goes across it.
 TEST_F(Mouse, stands_upright_across_a_thin_vessel) {
-  Frame rod;
-  BodyFrame& body = rod.bodies.emplace_back();
-  constexpr std::uint32_t kAround = 24, kAlong = 60;
-  for (std::uint32_t j = 0; j < kAlong; ++j)
-    for (std::uint32_t i = 0; i < kAround; ++i) {
-      const double turn = 2 * M_PI * i / kAround;
-      body.positions_world_m.push_back(
-          Vec3(0.001 * j - 0.03, 0.005 * std::cos(turn), 0.005 * std::sin(turn)).cast<float>());
-    }
-  for (std::uint32_t j = 0; j + 1 < kAlong; ++j)
-    for (std::uint32_t i = 0; i < kAround; ++i) {
-      const std::uint32_t a = j * kAround + i, b = j * kAround + (i + 1) % kAround;
-      body.triangles.push_back({{a, a + kAround, b}, Surface::skin});
-      body.triangles.push_back({{b, a + kAround, b + kAround}, Surface::skin});
-    }
-  frame = rod;
+  frame = rod();
   const auto tilt = [&] {
     return (hand.wish()->orientation * Vec3::UnitZ()).head<2>().norm() - std::sin(0.2);  // the handle leans by 0.2
   };
@@ -132,6 +136,18 @@ TEST_F(Mouse, stands_upright_across_a_thin_vessel) {
     move(0, y, true);
     EXPECT_LT(std::abs(tilt()), 0.25) << y;
   }
+}
+
+TEST_F(Mouse, comes_into_a_thin_vessel_from_beside_it) {
+  frame = rod();
+  move(0, -0.02, true);
+  wait(0.5);
+  ASSERT_TRUE(hand.wish());
+  EXPECT_EQ(hand.presses_beside(), 0U);
+  EXPECT_LT(hand.wish()->position_m.y(), -0.018) << "not in the vessel yet";
+  EXPECT_LT(hand.wish()->position_m.z(), -0.003) << "as deep as it goes in at the vessel's rim";
+  const double from_rim_m = hand.wish()->position_m.z() + MouseHand::kDefaultDepth_m;
+  EXPECT_NEAR(from_rim_m, 0, 0.0015) << "the rim is at half the vessel's height";
 }
 
 TEST_F(Mouse, counts_presses_where_there_is_no_body) {
@@ -209,6 +225,15 @@ TEST_F(Mouse, the_second_button_closes_jaws) {
   move(0, 0, false, false);
   wait(0.6);
   EXPECT_EQ(hand.wish()->opening_rad, MouseHand::kWidest_rad);
+}
+
+TEST(Pick, finds_the_rim_beside_a_line_of_sight) {
+  const SurfaceShot shot = shot_of(rod());
+  const std::optional<Hit> rim = pick_beside(down_at(0, 0.02), shot, 0.03);
+  ASSERT_TRUE(rim);
+  EXPECT_NEAR(rim->point_world_m.y(), 0.005, 5e-4);
+  EXPECT_GT(rim->normal_world.z(), 0) << "skin that faces the eye";
+  EXPECT_FALSE(pick_beside(down_at(0, 0.04), shot, 0.03));
 }
 
 TEST(Pick, finds_the_nearest_of_two_surfaces) {
