@@ -152,6 +152,11 @@ const auto kPassages = std::to_array<Passage>({
                 {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
                 {.tip_world_m = {0.0052, 0.026, 0.045}, .ahead_deg = 90, .rest_s = 1.5}}},
     {.name = "bar_wedge", .places = wedge()},
+    {.name = "bar_corners",  // in from a side, along the bar, and out again
+     .places =
+         lines({{.tips_world_m =
+                     {{0.040, 0.022, -0.014}, {0.040, -0.002, -0.014}, {0.018, -0.002, -0.014}, {0.018, 0.022, -0.014}},
+                 .speed_m_per_s = 0.02}})},
     {.name = "bar_two_sequences",
      .places = {{.tip_world_m = {0.0042, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
                 {.tip_world_m = {0.0046, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},

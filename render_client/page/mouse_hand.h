@@ -4,8 +4,9 @@
 // hand. The instrument stands on the mean of the surface around its tip: a hand doesn't turn with every bump, and a
 // thin vessel is cut along the line of sight. A stroke may begin beside a body: the tip is then as far from the eye as
 // the body's rim, goes down there, and comes into the body from outside. A stroke that has begun follows the plane
-// through its last contact where there is no tissue, and over an open cut; a hovering tip stays as far from the eye. The sharp edge leads: the instrument
-// turns into the direction of its motion. Closed jaws carry what they hold upright, and higher than a hand hovers.
+// through its last contact where there is no tissue, and over an open cut; a hovering tip stays as far from the eye.
+// The sharp edge leads: the instrument turns into the direction of its motion. Closed jaws carry what they hold
+// upright, and higher than a hand hovers.
 //
 // The result is a wish: a device_bridge draws a mass along it, which tissue holds up. Time is passed in.
 #pragma once

@@ -81,9 +81,12 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, std::vector<BladeEdge
   const SheetShape shape(sheet);
   const BladeEdge& now = track.edges.back();
   const double reach_m = tissue_.metres(settings_.joined_reach_edges()) + length_m;
+  const BladeEdge& from = track.edges.front();
+  const double joined_end_m = tissue_.metres(settings_.joined_end_edges);
   std::ranges::copy_if(tracks_.slit.vertices(), std::back_inserter(sheet.joined), [&](VertexId v) {
     const Vec3& x = topology_.vertex(v).rest_body_m;
     if (distance_to_segment(x, now.tip_m, now.heel_m) > reach_m) return false;
+    if (track.is_at_front && distance_to_segment(x, from.tip_m, from.heel_m) < joined_end_m) return true;
     const std::size_t k = shape.nearest_piece(x);
     const double beside_m = std::abs(normals[k].dot(x - way[k + 1].tip_m));
     if (beside_m < tissue_.metres(settings_.joined_crossing_edges)) return true;

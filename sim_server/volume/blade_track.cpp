@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kCrosses = 0.35;    // sine of the angle at which a blade crosses a slit, and doesn't go along it
 constexpr double kTurnsBack = -0.3;  // cosine between two pieces of a way, of a blade that saws
+constexpr double kTurns = 0.75;      // cosine between the directions of a front and of the blade, at a corner
 constexpr double kSlides = 4;  // a blade that goes so many times as far along its edge as across it slides in its cut
 
 // How far tip and heel have gone across the edge, the one that has gone less and the one that has gone further.
@@ -101,8 +102,13 @@ void BladeTrack::restart_from(const BladeEdge& place) {
   open_to = place;
   edges = {open_to, edges.back()};
   if (edges.front() == edges.back()) edges.pop_back();
-  is_at_entry = false;
+  is_at_entry = is_at_front = turns = false;
   forward = Vec3::Zero();
+}
+
+void BladeTrack::go_on_from_front(const Tissue& tissue) {
+  restart_from(open_to.moved(-tissue.metres(tissue.settings.lag_edges) * forward));
+  is_at_front = true;
 }
 
 bool BladeTrack::turns_at_end(const Tissue& tissue, const BladeEdge& edge) const {
@@ -172,7 +178,15 @@ std::vector<BladeEdge> BladeTrack::way(const Tissue& tissue) const {
   return way;
 }
 
+bool BladeTrack::turns_aside() const {
+  const BladeEdge& now = edges.back();
+  const Vec3 up = now.up(), gone_m = forward_m(open_to, now), across_m = gone_m - gone_m.dot(up) * up;
+  return has_front && !forward.isZero() && forward.dot(across_m) < kTurns * across_m.norm();
+}
+
 BladeTrack::Beyond BladeTrack::beyond_front(const Tissue& tissue) const {
+  const double corner_m = tissue.metres(tissue.settings.corner_after_edges);
+  if (turns && across_m(open_to, edges.back()).second > corner_m) return Beyond::around_corner;
   if (ahead_m(tissue) >= 0) return Beyond::nowhere;
   const BladeEdge& now = edges.back();
   const Vec3 normal = forward.cross(open_to.up()).stableNormalized();
@@ -239,9 +253,13 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
     if (track.is_at_entry)
       settings.follows_blade() ? track.begin_deeper() : track.deepen_entry(tissue.metres(settings.least_piece_edges));
     if (track.edges.size() == 1) track.open_to = track.edges.back();
+    track.turns = !motion.lift && track.turns_aside();
     if (const auto beyond = track.beyond_front(tissue); beyond != BladeTrack::Beyond::nowhere) {
       finalise_fronts();
-      track.restart_from(beyond == BladeTrack::Beyond::beside ? track.open_to : track.edges.back());
+      if (beyond == BladeTrack::Beyond::around_corner)
+        track.go_on_from_front(tissue);
+      else
+        track.restart_from(beyond == BladeTrack::Beyond::beside ? track.open_to : track.edges.back());
     }
     track.since_cut_m = track.ahead_m(tissue);
   }
@@ -255,7 +273,7 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   };
   while (track.edges.size() > 2 && gone_m(track.edges[1]) > reach_m) {
     track.edges.erase(track.edges.begin());
-    track.is_at_entry = false;
+    track.is_at_entry = track.is_at_front = false;
   }
 }
 

@@ -40,9 +40,11 @@ struct BladeTrack {
   BladeEdge open_to;                     // how far the tissue is open, or where the track began
   Vec3 forward = Vec3::Zero();           // the blade went this way then, across its edge; zero: nowhere yet
   bool is_at_entry = false;              // it reaches back to where the blade went through the surface
+  bool is_at_front = false;              // it reaches back to the end of a front that was left open for good
   bool has_front = false;                // the tissue there is open for the time being
   bool tissue_ends = false;              // just ahead of the blade
   bool is_through = false;               // the tissue has been cut to its end
+  bool turns = false;                    // it has left the direction of its front, and may come to a corner
   bool is_in_slit = false;               // the slit was open before the blade came
   BladeEdge came_into_slit;              // the blade was here when it came into it
   Pose frame_world;                      // the tissue around the blade
@@ -60,13 +62,17 @@ struct BladeTrack {
   void begin_deeper();
   // The track begins anew at a place: nothing is left to cut there, or the blade has left its front.
   void restart_from(const BladeEdge& place);
+  // The same at the end of its front, which is left open for good.
+  void go_on_from_front(const Tissue& tissue);
   // Without fronts: elements at the end of a slit have been cut in part. A blade that turns there, and has not gone
   // back, first finishes them along the way that it came.
   bool turns_at_end(const Tissue& tissue, const BladeEdge& edge) const;
-  bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
+  bool is_due() const { return !turns && edges.size() > 1 && since_cut_m > next_cut_m; }
   // The advance across the edge of the end that is ahead; with fronts, negative when it went back by more than one cut
   // interval.
   double ahead_m(const Tissue& tissue) const;
+  // With a front: the blade has gone from where the tissue is open, in a direction that isn't the front's.
+  bool turns_aside() const;
   // The edge with each end where it is, or, for an end that has gone back, where the tissue is open. Around a neck that
   // turns, an end may go back and aside, and what lies aside has been cut.
   BladeEdge furthest(const Tissue& tissue) const;
@@ -81,15 +87,16 @@ struct BladeTrack {
   BladeEdge part_of(const Tissue& tissue, const BladeEdge& edge);
   // The edges, each cut off where the newest one leaves the tissue.
   std::vector<BladeEdge> in_tissue(const Tissue& tissue) const;
-  // The blade has turned round and has left its front: it is back in its slit, or beside the slit, because tissue has
-  // swung; what lies between has been cut all the same.
-  enum class Beyond { nowhere, behind, beside };
+  // The blade has left its front: it has turned round and is back in its slit, or beside the slit, because tissue has
+  // swung; what lies between has been cut all the same. Or it goes on from its front around a corner, which a flat
+  // front that follows it would cut off.
+  enum class Beyond { nowhere, behind, beside, around_corner };
   Beyond beyond_front(const Tissue& tissue) const;
 
   template <class A>
   void archive(A& a) {
-    a(edges, most_share, open_to, forward, is_at_entry, has_front, tissue_ends, is_through, is_in_slit, came_into_slit,
-      frame_world, since_cut_m, next_cut_m, front_vertices, vertices_near);
+    a(edges, most_share, open_to, forward, is_at_entry, is_at_front, has_front, tissue_ends, is_through, turns,
+      is_in_slit, came_into_slit, frame_world, since_cut_m, next_cut_m, front_vertices, vertices_near);
   }
 };
 

@@ -26,6 +26,7 @@ struct FrontSettings {
   double joined_edges = 1.0;       // vertices of a slit this close to the blade join the sheet
   double joined_behind_edges = 3;  // without fronts, vertices this far behind the sheet join it, too
   double joined_beside_edges = 0.5;    // only vertices this close to the sheet's plane join it, where it goes on
+  double joined_end_edges = 0.25;      // vertices this close to the end of a front join the sheet that begins there
   double joined_crossing_edges = 0.1;  // only vertices this close to it join it, where it crosses the slit
   double longest_sheet_edges = 8;      // a sheet is flat, a track is not
   // Without fronts a sheet bends where the track lies this far beside it, in pieces at least this long,
@@ -42,6 +43,7 @@ struct FrontSettings {
   // A blade that has turned round leaves its front behind when it is further than this from it.
   double left_beside_edges = 0.3;
   double left_behind_edges = 1.0;
+  double corner_after_edges = 0.25;  // so does one that has gone this far around a corner
 
   // A blade this close to a slit is in it, and stays in it.
   double slit_edges = 0.25, slit_left_edges = 0.4;
@@ -60,7 +62,7 @@ struct FrontSettings {
   // Bounds that a cut must keep.
   double crumb_cubic_edges = 0.12;      // volume of an element
   double least_half_cubic_edges = 10;   // volume of a part that can lie against the blade that has cut it off
-  double least_kept_area_ratio = 0.75;  // over the area that a front had opened, when it is made anew
+  double least_kept_area_ratio = 0.97;  // over the area that a front had opened, when it is made anew
   int pinch_rounds = 3;                 // edges are opened that opening others has pinched, this often
 
   bool follows_blade() const { return !tets.semi_progressive; }

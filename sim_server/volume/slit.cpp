@@ -63,23 +63,31 @@ Vec3 Slit::Strip::normal_m() const {
   return up.cross(to.at(0.5) - from.at(0.5));
 }
 
+bool Slit::leads_to(std::size_t strip, std::size_t next, double gap_m) const {
+  const BladeEdge &to = strips_[strip].to, &from = strips_[next].from;
+  return std::min((from.tip_m - to.tip_m).norm(), (from.heel_m - to.heel_m).norm()) < gap_m;
+}
+
 // A strip of a trembling blade may lie across the cut: it turns what comes before by little, and belongs to no side.
+// One that lies across at a corner goes on as the strip before it, and has the side of the next one: that is left or
+// right of the way.
 std::vector<Vec3> Slit::facing(const Vec3& normal, double smooth_m) const {
   std::vector<Vec3> facing(strips_.size(), Vec3::Zero());
-  Vec3 there = normal;
+  Vec3 there = normal, next = Vec3::Zero();
+  double next_sign = 1;
   bool leads_here = true;  // from this strip to the last one
   for (std::size_t i = strips_.size(); i-- > 0;) {
-    const Strip& strip = strips_[i];
-    if (i + 1 < strips_.size()) {
-      const BladeEdge& next = strips_[i + 1].from;
-      leads_here &= std::min((next.tip_m - strip.to.tip_m).norm(), (next.heel_m - strip.to.heel_m).norm()) < smooth_m;
-    }
+    if (i + 1 < strips_.size()) leads_here &= leads_to(i, i + 1, smooth_m);
     if (!leads_here) there = normal;
-    Vec3 across_m = strip.normal_m();
-    if (across_m.dot(there) < 0) across_m = -across_m;
-    const Vec3 across = across_m.stableNormalized();
-    if (leads_here) there = (smooth_m * there + across_m).normalized();
-    if (across.dot(there) > (leads_here ? kOneSide : kSameCut)) facing[i] = across;
+    const Vec3 across_m = strips_[i].normal_m(), across = across_m.stableNormalized();
+    const bool lies_across = leads_here && !next.isZero() && std::abs(across.dot(there)) < kOneSide;
+    double sign = std::copysign(1.0, across.dot(there));
+    if (lies_across) sign = across.dot(next) < -kOneSide ? -next_sign : next_sign;
+    if (leads_here) there = (smooth_m * there + sign * across_m).normalized();
+    const bool goes_on = lies_across && i > 0 && leads_to(i - 1, i, smooth_m) &&
+                         across.dot(strips_[i - 1].normal_m().stableNormalized()) > kSameCut;
+    if (goes_on || sign * across.dot(there) > (leads_here ? kOneSide : kSameCut)) facing[i] = sign * across;
+    next = across, next_sign = sign;
   }
   return facing;
 }

@@ -29,8 +29,8 @@ class Slit {
   std::optional<SlitPlane> plane_at(const Vec3& at_m, double beside_m) const;
   // Normals of the strips towards one side of a cut, which is that of `normal` at its end; zero for a strip that has
   // no side. A slit in tissue that sags on a neck is twisted, by a right angle and more: each strip faces where the
-  // next one does, over `smooth_m` of the way. A strip that no way leads from to the end is of the cut if it lies
-  // roughly along it.
+  // next one does, over `smooth_m` of the way. Around a corner it faces to the same side of the way. A strip that no
+  // way leads from to the end is of the cut if it lies roughly along it.
   std::vector<Vec3> facing(const Vec3& normal, double smooth_m) const;
   // The plane of such a strip, the closest one within `beside_m`. `facing`: a normal for each strip.
   std::optional<SlitPlane> plane_facing(const Vec3& at_m, double beside_m, std::span<const Vec3> facing) const;
@@ -70,6 +70,8 @@ class Slit {
       a(from, to, follows, is_followed);
     }
   };
+  bool leads_to(std::size_t strip, std::size_t next, double gap_m) const;
+
   std::vector<Strip> strips_;
   std::vector<VertexId> vertices_;
 };

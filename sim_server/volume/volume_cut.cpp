@@ -55,7 +55,8 @@ std::optional<VolumeCut> VolumeCutPlanner::plan(std::span<const BladeAtWork> at_
   lasting_operations_ = blades.lasting_operations();
   if (!opens) return {};
   const double opened_now_m2 = opened_m2(draft_, boundary_change(draft_.change().tetrahedra));
-  if (opened_now_m2 < tissue_.settings.least_kept_area_ratio * open_m2) return {};
+  would_close_ = opened_now_m2 < tissue_.settings.least_kept_area_ratio * open_m2;
+  if (would_close_) return {};
   BoundaryChange boundary;
   if (!open_pinched_edges(rollback, cut.change, boundary)) return {};
   std::vector<VertexId> renumbered;

@@ -45,6 +45,8 @@ class VolumeCutPlanner {
 
   const BladeTracks& tracks() const { return tracks_; }               // after the cut
   const std::vector<std::uint32_t>& tried() const { return tried_; }  // edges for which a cut was due
+  // The front can't go on as it is: what it has opened would close again.
+  bool would_close() const { return would_close_; }
 
  private:
   bool open_pinched_edges(const FrontRollback& rollback, TetChange& change, BoundaryChange& boundary);
@@ -61,6 +63,7 @@ class VolumeCutPlanner {
   const SurfaceLabels* front_labels_;  // labels of the undone front; nullptr: there is none
   std::size_t lasting_operations_ = 0;
   std::vector<std::uint32_t> tried_;
+  bool would_close_ = false;
 };
 
 }  // namespace sectio

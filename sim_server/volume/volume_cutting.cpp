@@ -131,7 +131,9 @@ void VolumeCutting::plan_cut(const Tissue& tissue, std::span<const BladeAtWork> 
     for (const std::uint32_t edge_id : planner.tried()) {
       BladeTrack& track = tracks.by_edge[edge_id];
       track.next_cut_m = track.since_cut_m + tissue.metres(settings_.retry_after_edges);
+      if (planner.would_close()) track.go_on_from_front(tissue);
     }
+    if (planner.would_close()) tracks.finalise_fronts();
     return;
   }
   tracks = planner.tracks();

@@ -31,6 +31,28 @@ TEST(Slit, that_turns_by_more_than_a_right_angle_has_one_inner_side) {
   }
 }
 
+// Three sides of a square, in strips of 2 mm; the blade turns at once at two corners.
+TEST(Slit, around_sharp_corners_has_one_inner_side) {
+  const Vec3 corners[] = {{0, 0, 0}, {0.02, 0, 0}, {0.02, 0.02, 0}, {0, 0.02, 0}};
+  const auto upright = [](const Vec3& at) { return BladeEdge{at - Vec3(0, 0, 0.02), at + Vec3(0, 0, 0.02)}; };
+  Slit slit;
+  for (int side = 0; side < 3; ++side)
+    for (int k = 0; k < 10; ++k) {
+      const Vec3 way_m = 0.1 * (corners[side + 1] - corners[side]), from = corners[side] + k * way_m;
+      slit.open(upright(from), upright(from + way_m), 0.001);
+    }
+  const std::vector<Vec3> facing = slit.facing(-Vec3::UnitY(), 0.004);
+  const Vec3 middle(0.01, 0.01, 0);
+  for (int side = 0; side < 3; ++side)
+    for (const double share : {0.05, 0.5, 0.95}) {
+      const Vec3 on = corners[side] + share * (corners[side + 1] - corners[side]);
+      const Vec3 inside = on + 0.0005 * (middle - on).normalized();
+      const auto plane = slit.plane_facing(inside, 0.004, facing);
+      ASSERT_TRUE(plane) << side << ' ' << share;
+      EXPECT_GT(plane->height_m(inside), 0) << side << ' ' << share;
+    }
+}
+
 TEST(Slit, another_cut_far_from_its_beginning_counts_only_along_its_end) {
   Slit slit;
   slit.open({Vec3(0.1, -0.02, -0.02), Vec3(0.1, -0.02, 0.02)}, {Vec3(0.1, 0.02, -0.02), Vec3(0.1, 0.02, 0.02)}, 0);
