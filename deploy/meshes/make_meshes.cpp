@@ -223,10 +223,10 @@ std::string described(const char* name, const TetMesh& mesh) {
   return report.valid ? msh(mesh) : "";
 }
 
-// A tray for pieces, open above, 64 x 48 x 20 mm, 4 mm thick: the outside of the solid cells of a grid.
-TriangleSoup tray() {
+// A tray for pieces, open above, 64 mm long, 20 mm high, 4 mm thick: the outside of the solid cells of a grid.
+TriangleSoup tray(const std::vector<double>& across_mm) {
   const std::array<std::vector<double>, 3> lines_mm{
-      {{-32, -28, -20, -12, -4, 4, 12, 20, 28, 32}, {-24, -20, -12, -4, 4, 12, 20, 24}, {0, 4, 12, 20}}};
+      {{-32, -28, -20, -12, -4, 4, 12, 20, 28, 32}, across_mm, {0, 4, 12, 20}}};
   using Cell = std::array<int, 3>;
   const auto cells = [&](std::size_t axis) { return static_cast<int>(lines_mm[axis].size()) - 1; };
   const auto solid = [&](const Cell& c) {
@@ -319,7 +319,14 @@ const auto kRecipes = std::to_array<Recipe>({
      }},
     {"vessel", [](const char* name) { return described(name, arch(0.005, 44, 12)); }},
     {"nerve", [](const char* name) { return described(name, arch(0.0025, 80, 12)); }},
-    {"tray", [](const char* name) { return described(name, tray()); }},
+    {"tray",
+     [](const char* name) {
+       return described(name, tray({-24, -20, -12, -4, 4, 12, 20, 24}));
+     }},
+    {"tray_wide",
+     [](const char* name) {
+       return described(name, tray({-28, -24, -16, -8, 0, 8, 16, 24, 28}));
+     }},
     {"paper_box", [](const char* name) { return described(name, paper_box()); }, ".msh"},
 });
 
