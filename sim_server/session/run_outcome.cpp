@@ -1,6 +1,7 @@
 #include "sim_server/session/run_outcome.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/mesh/check.h"
 #include "sim_server/session/count_cuts.h"
@@ -15,7 +16,13 @@ struct Part {
   std::uint32_t family = 0;
   double rest_volume_m3 = 0;
   double middle_moved_m = 0, furthest_m = 0;
+  bool is_held = false;
 };
+
+// Held parts first, then large ones: those stay, and the others came off.
+bool stays_before(const Part& a, const Part& b) {
+  return std::pair(a.is_held, a.rest_volume_m3) > std::pair(b.is_held, b.rest_volume_m3);
+}
 
 std::vector<Part> parts_of(const BodySpec& spec, const TriangleMesh& mesh, PositionsView positions_world_m,
                            std::uint32_t family) {
@@ -28,8 +35,10 @@ std::vector<Part> parts_of(const BodySpec& spec, const TriangleMesh& mesh, Posit
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
     if (component[t] == kNone) continue;
     for (const VertexId v : mesh.triangle(t).v) {
-      const Vec3 moved_m = positions_world_m[v].cast<double>() - spec.pose.to_world(mesh.rest_body_m(v));
+      const Vec3 at_rest_world_m = spec.pose.to_world(mesh.rest_body_m(v));
+      const Vec3 moved_m = positions_world_m[v].cast<double>() - at_rest_world_m;
       Part& part = parts[component[t]];
+      part.is_held |= spec.fixed && spec.fixed->contains(at_rest_world_m);
       part.furthest_m = std::max(part.furthest_m, moved_m.norm());
       way_m[component[t]] += moved_m;
       ++corners[component[t]];
@@ -94,8 +103,8 @@ Outcome RunOutcome::finish(const RunFigures& figures) const {
     const auto of_body = parts_of(body, mesh, simulation_.positions_world_m(b), family_of_[b]);
     parts.insert(parts.end(), of_body.begin(), of_body.end());
   }
-  std::ranges::stable_sort(parts, std::ranges::greater(), &Part::rest_volume_m3);
-  std::vector<std::size_t> left = parts_begun_;  // the largest of each family are no freed ones
+  std::ranges::stable_sort(parts, stays_before);
+  std::vector<std::size_t> left = parts_begun_;
   for (const Part& part : parts) {
     if (left[part.family] > 0) {
       --left[part.family];

@@ -7,6 +7,7 @@
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/session/run_outcome.h"
 #include "sim_server/simulation.h"
 #include "sim_server/volume/volume_cutting.h"
 #include "sim_server/volume/volume_engines.h"
@@ -171,6 +172,21 @@ TEST(VolumeParts, can_be_cut_again) {
   cut_through(op, -0.015);  // the rest
   EXPECT_EQ(op.simulation.body_count(), 3u);
   EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
+}
+
+// Three fifths of the bar come off; the rest hangs where it is held, small as it is.
+TEST(VolumeParts, the_part_that_nothing_holds_is_the_freed_one) {
+  for (const FreeParts free_parts : {FreeParts::keep, FreeParts::deformable, FreeParts::rigid}) {
+    Operation op(hanging_bar("neo_hookean", "progressive", free_parts));
+    RunOutcome outcome(op.simulation);
+    for (double y_m = -0.02; y_m < 0.02; y_m += 4e-5) {
+      op.step({{0, flat(y_m, -0.03)}});
+      outcome.add(op.last);
+    }
+    const Outcome found = outcome.finish({});
+    EXPECT_EQ(found.pieces_freed, 1);
+    EXPECT_NEAR(found.freed_ml, 20, 2);
+  }
 }
 
 // Two blades at work in the same steps, at heights of their own.
