@@ -1,6 +1,16 @@
 #include "sim_server/deformation/divided_constraints.h"
 
 namespace sectio {
+namespace {
+
+Vec3 at_point(const ConstraintSupports& supports, std::size_t constraint, std::span<const Vec4f> position_world_m) {
+  Vec3 point = Vec3::Zero();
+  for (const auto& [particle, weight] : supports.of(constraint))
+    point += weight * position_world_m[particle].head<3>().cast<double>();
+  return point;
+}
+
+}  // namespace
 
 void DividedConstraints::begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m,
                                int substeps) {
@@ -19,9 +29,7 @@ void DividedConstraints::begin(std::span<const PointConstraint> constraints, con
   substeps_ = substeps;
   for (std::size_t n = 0; n < constraints_.size(); ++n) {
     const PointConstraint& c = constraints_[n];
-    Vec3 point = Vec3::Zero();
-    for (const auto& [particle, weight] : supports_.of(n))
-      point += weight * position_world_m[particle].head<3>().cast<double>();
+    const Vec3 point = at_point(supports_, n, position_world_m);
     end_[n] = c.target_world_m;
     // A unilateral constraint that holds at the start has its plane at the target all along; so does one with a spring
     // in series, in which the point lies beyond the target.
@@ -41,7 +49,16 @@ void DividedConstraints::project_substep(int substep, double substep_s, std::spa
     mean_[n].force_on_tool_n += substep_reactions_[n].force_on_tool_n / substeps_;
     mean_[n].active = mean_[n].active || substep_reactions_[n].active;
     mean_[n].work_j += substep_reactions_[n].work_j;
+    if (constraints_[n].sticks && substep_reactions_[n].force_on_tool_n.isZero(0))
+      stick_where_it_lands(n, at_point(supports_, n, position_world_m));
   }
+}
+
+// A point that has come off and slid on is not drawn back along the surface: over so short a time it would be thrown.
+void DividedConstraints::stick_where_it_lands(std::size_t n, const Vec3& point_world_m) {
+  const Vec3 &normal = constraints_[n].normal, off = point_world_m - constraints_[n].target_world_m;
+  const Vec3 aside = off - off.dot(normal) * normal;
+  start_[n] += aside, end_[n] += aside;
 }
 
 void DividedConstraints::finish(std::span<Reaction> reactions) const {

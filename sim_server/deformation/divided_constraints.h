@@ -18,6 +18,8 @@ class DividedConstraints {
   void finish(std::span<Reaction> reactions) const;
 
  private:
+  void stick_where_it_lands(std::size_t constraint, const Vec3& point_world_m);
+
   std::vector<PointConstraint> constraints_;
   ConstraintSupports supports_;
   std::vector<Vec3> start_, end_;

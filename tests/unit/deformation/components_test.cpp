@@ -3,6 +3,7 @@
 
 #include <numeric>
 
+#include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/shape_matching.h"
 #include "tests/support/random.h"
 #include "tests/unit/deformation/shapes.h"
@@ -253,6 +254,28 @@ TEST(PointConstraint, several_on_one_triangle_are_met_together) {
     const Vec3 at = c.w[0] * p.at(t.v[0]) + c.w[1] * p.at(t.v[1]) + c.w[2] * p.at(t.v[2]);
     EXPECT_LT((at - c.target_world_m).norm(), 1e-5);
   }
+}
+
+// A point that slides over a floor, comes off it and lands again within the substeps of one step.
+TEST(PointConstraint, one_that_sticks_stops_a_point_where_it_lands_and_does_not_draw_it_back) {
+  constexpr int kSubsteps = 100;
+  constexpr double kStep_s = 0.001, kPart_s = kStep_s / kSubsteps;
+  std::vector<Vec4f> x(1, Vec4f::Zero()), v(1, Vec4f(0.3f, 0, 0.001f, 0));
+  const std::vector<double> inverse_mass{1 / 1e-6};
+  PointConstraint floor = hold(0, Vec3::Zero());
+  floor.unilateral = floor.sticks = true;
+  floor.normal = -Vec3::UnitZ();
+  DividedConstraints constraints;
+  constraints.begin(std::span(&floor, 1), x, kSubsteps);
+  for (int n = 0; n < kSubsteps; ++n) {
+    if (n == kSubsteps / 2) v[0].z() = -0.002f;
+    x[0] += static_cast<float>(kPart_s) * v[0];
+    constraints.project_substep(n, kPart_s, inverse_mass, x, v);
+    EXPECT_LE(v[0].norm(), 0.31) << n;
+  }
+  EXPECT_NEAR(x[0].x(), 0.3 * 0.75 * kStep_s, 0.02 * 0.3 * kStep_s);
+  EXPECT_EQ(x[0].z(), 0);
+  EXPECT_LT(v[0].norm(), 1e-3);
 }
 
 TEST(PointConstraint, what_cannot_move_gives_no_force) {
