@@ -105,6 +105,12 @@ void TetEnergy::place(std::span<const Vec3> x) {
         const TetEdgeColumn& column = rows_->edges()[e];
         forces_n += std::abs(double{column.weight[lane]}) * (rest[vertex_at(column.offset[lane])] - rest[v]).norm();
       }
+      for (std::uint32_t f = slice.first_face; f != slice.first_face + slice.faces; ++f) {
+        const TetFaceColumn& face = rows_->faces()[f];
+        const auto at = [&](const auto& offset) -> const Vec3& { return rest[vertex_at(offset[lane])]; };
+        const Vec3 twice_area_m2 = (at(face.b) - at(face.a)).cross(at(face.c) - at(face.a));
+        forces_n += 4 * double{slice.pressure_shift[lane]} * twice_area_m2.norm();  // four pressures, from volumes
+      }
       sum += forces_n * forces_n;
     });
     rounding_n_ = kForceRounding * std::sqrt(sum);
