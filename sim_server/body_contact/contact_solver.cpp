@@ -11,6 +11,7 @@ namespace {
 constexpr double kSlop_m = 5e-5;      // depth that is left, so that contacts last
 constexpr double kDepthUndone = 0.2;  // share of the remaining depth that one step undoes
 constexpr double kLongestLever = 20;  // the most speed that a node gains, over what its contact needs
+constexpr double kTogether = 0.02;    // sum of the shares of a contact's nodes below which its sides move as one
 
 }  // namespace
 
@@ -25,6 +26,7 @@ ContactSolver::ContactSolver(std::span<const ContactBody> bodies, std::span<cons
     row.u = c.normal_world.unitOrthogonal();
     row.w = c.normal_world.cross(row.u);
     drop_far_levers(row, c);
+    drop_if_together(row);
     row.mass_n = mass_along(row, c.point_world_m, c.normal_world);
     row.mass_u = mass_along(row, c.point_world_m, row.u);
     row.mass_w = mass_along(row, c.point_world_m, row.w);
@@ -80,6 +82,15 @@ void ContactSolver::drop_far_levers(Row& row, const BodyContact& c) const {
   const double mass_kg = mass_along(row, c.point_world_m, c.normal_world);
   for (Share& s : std::span(row.shares).first(row.share_count))
     if (std::abs(s.weight) * nodes_[s.node].inverse_mass_per_kg * mass_kg > kLongestLever) s.weight = 0;
+}
+
+// The lips of a cut that ends within a cell may hang on the same nodes with nearly the same weights. Nothing but wild
+// motion of these nodes would part them.
+void ContactSolver::drop_if_together(Row& row) {
+  if (row.one != kImmovable || row.other != kImmovable) return;
+  double sum = 0;
+  for (const Share& s : row.nodes()) sum += std::abs(s.weight);
+  if (sum < kTogether) row.share_count = 0;
 }
 
 // The effective mass 1 / (J M^-1 J^T) along a direction; 0 if nothing can move.

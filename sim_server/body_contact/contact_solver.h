@@ -91,6 +91,7 @@ class ContactSolver {
   void add_share(Row& row, std::uint32_t node, double weight) const;
   void add_side(Row& row, const ContactSide& side, double sign, const BodyContact& contact);
   void drop_far_levers(Row& row, const BodyContact& contact) const;
+  static void drop_if_together(Row& row);
   double mass_along(const Row& row, const Vec3& point_world_m, const Vec3& along) const;
   Vec3 velocity_apart(const Row& row, const BodyContact& contact) const;
   void push(Row& row, const BodyContact& contact, const Vec3& impulse_n_s);

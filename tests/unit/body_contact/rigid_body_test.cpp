@@ -255,7 +255,7 @@ TEST(BodyContact, a_crowd_of_contacts_is_reduced_to_those_that_bear) {
 }
 
 // All weigh 1 g; some are fixed.
-class SomeFixed final : public DeformationEngine {
+class SomeFixed : public DeformationEngine {
  public:
   explicit SomeFixed(std::vector<bool> fixed) : fixed_(std::move(fixed)) {}
 
@@ -294,6 +294,40 @@ TEST(ContactOfFixedTissue, flings_no_free_corner_away) {
   EXPECT_NEAR(gained_m_per_s(1.0 / 3), 0.03, 1e-9);  // it gives way as far as it must
   for (double weight = 1e-12; weight < 1; weight *= 2) EXPECT_LE(gained_m_per_s(weight), 0.2 * (1 + 1e-9)) << weight;
   EXPECT_EQ(gained_m_per_s(1e-9), 0);
+}
+
+// Vertex 0 and the triangle of 1, 2 and 3 hang on the same two nodes, but for `apart` of their weights.
+class OneCell final : public SomeFixed {
+ public:
+  explicit OneCell(double apart) : SomeFixed(std::vector<bool>(4, false)), apart_(apart) {}
+  void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const override {
+    const double first = v == 0 ? 0.5 + apart_ : 0.5;
+    nodes = {{0, first}, {1, 1 - first}};
+  }
+
+ private:
+  double apart_;
+};
+
+TEST(ContactOfLips, does_not_hold_a_cell_stiff_that_both_hang_on) {
+  for (double apart = 1e-9; apart < 0.5; apart *= 2) {
+    const OneCell cell(apart);
+    const std::vector<Vec4f> x(4, Vec4f(Vec4f::Zero())), v{x[0], Vec4f(0, 0, 1, 0), x[0], x[0]};
+    const ContactBody body{nullptr, {x, v}, &cell};
+    BodyContact contact;
+    contact.depth_m = 1e-6;
+    contact.one = side_at(0, 0);
+    contact.other = {0, {1, 2, 3}, Vec3::Constant(1.0 / 3)};
+    ContactSolver solver({&body, 1}, {&contact, 1}, kStep_s);
+    solver.solve(30);
+    const bool holds_apart = !solver.changes_of(0).empty();
+    if (apart < 0.005) {
+      EXPECT_FALSE(holds_apart) << apart;
+    }
+    if (apart > 0.02) {
+      EXPECT_TRUE(holds_apart) << apart;
+    }
+  }
 }
 
 }  // namespace
