@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/core/joined.h"
+#include "common/core/words.h"
 
 namespace sectio {
 namespace {

@@ -5,55 +5,22 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 
 #include "common/core/error.h"
 #include "common/core/joined.h"
+#include "common/core/words.h"
 
 namespace sectio {
 namespace {
-
-std::string shortened(std::string text) {
-  for (char& c : text) c = std::iscntrl(static_cast<unsigned char>(c)) ? ' ' : c;
-  return text.size() > 40 ? text.substr(0, 37) + "..." : text;
-}
-
-// Levenshtein's distance.
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
 
 std::string place(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
 }
 
 }  // namespace
-
-std::string nearest_word(const std::string& word, const std::vector<std::string>& candidates) {
-  std::string best;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const std::string& candidate : candidates) {
-    const std::size_t distance = word.size() > 100 ? least : edits(word, candidate);
-    if (distance >= least || distance >= candidate.size()) continue;
-    least = distance;
-    best = candidate;
-  }
-  return best;
-}
 
 YamlValue::YamlValue(const YAML::Node& node, std::string file, std::string key)
     : node_(std::make_shared<YAML::Node>(node)), file_(std::move(file)), key_(std::move(key)) {}
@@ -86,16 +53,11 @@ std::string YamlValue::got() const {
 }
 
 double YamlValue::number(const Range& range) const {
-  double value = 0;
   const bool plain = node_->IsScalar() && node_->Tag() != "!";
-  const std::string text = plain ? node_->Scalar() : "";
-  const char* begin = text.data() + (text.size() > 1 && text[0] == '+' && text[1] != '-');
-  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || text.empty() || !std::isfinite(value)) {
-    fail("expected a finite number, " + got());
-  }
-  if (!range.contains(value)) fail("expected " + range.text() + ", " + got());
-  return value;
+  const std::optional<double> value = plain ? finite_number(node_->Scalar()) : std::nullopt;
+  if (!value) fail("expected a finite number, " + got());
+  if (!range.contains(*value)) fail("expected " + range.text() + ", " + got());
+  return *value;
 }
 
 Range YamlValue::range(const Range& each) const {

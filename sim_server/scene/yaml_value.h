@@ -56,8 +56,4 @@ YamlValue load_yaml(const std::string& path);
 // so. Keys are named as in errors: "bodies[0].mesh.file".
 std::string yaml_with(const std::string& path, const std::vector<std::pair<std::string, std::string>>& values);
 
-// The candidate that differs least from `word` by letters put in, left out or changed, when it is near enough to be
-// meant; "" otherwise.
-std::string nearest_word(const std::string& word, const std::vector<std::string>& candidates);
-
 }  // namespace sectio
