@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <string_view>
 
 #include "common/core/error.h"
+#include "common/core/joined.h"
+#include "common/core/words.h"
 
 namespace sectio {
 namespace {
@@ -18,6 +22,7 @@ constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // spreadsheets beg
 constexpr std::string_view kOpening = "opening_rad";         // optional
 constexpr double kUnitTolerance = 1e-3;                      // largest deviation of a quaternion's length from 1
 constexpr double kRounding = 1e-12;                          // one that deviates less stays as it is written
+constexpr std::size_t kMostOfHeader = 100;                   // bytes of names in a message
 
 struct Place {
   const std::string& file;
@@ -34,34 +39,47 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
+// R and spreadsheets put names, and some of them all fields, between quotes.
+std::string_view unquoted(std::string_view field) {
+  field = trimmed(field);
+  if (field.size() < 2 || field.front() != '"' || field.back() != '"') return field;
+  return trimmed(field.substr(1, field.size() - 2));
+}
+
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> fields;
   for (;;) {
     const auto comma = line.find(',');
-    fields.push_back(trimmed(line.substr(0, comma)));
+    fields.push_back(unquoted(line.substr(0, comma)));
     if (comma == std::string_view::npos) return fields;
     line.remove_prefix(comma + 1);
   }
 }
 
+// The place of a column; that of none when there is no such column.
+std::size_t find_column(const std::vector<std::string_view>& names, std::string_view column, const Place& at) {
+  const auto found = std::ranges::find(names, column);
+  if (found != names.end() && std::find(found + 1, names.end(), column) != names.end())
+    at.fail(column, "column given twice");
+  return static_cast<std::size_t>(found - names.begin());
+}
+
 std::array<std::size_t, kColumns.size()> find_columns(const std::vector<std::string_view>& names, const Place& at) {
+  if (names.size() == 1)
+    at.fail("columns", "expected commas between them, and points in numbers, got \"" + shortened(names[0]) + "\"");
   std::array<std::size_t, kColumns.size()> columns{};
   for (std::size_t k = 0; k < kColumns.size(); ++k) {
-    const auto found = std::find(names.begin(), names.end(), kColumns[k]);
-    if (found == names.end()) at.fail(kColumns[k], "column missing");
-    if (std::find(found + 1, names.end(), kColumns[k]) != names.end()) at.fail(kColumns[k], "column given twice");
-    columns[k] = static_cast<std::size_t>(found - names.begin());
+    columns[k] = find_column(names, kColumns[k], at);
+    if (columns[k] == names.size())
+      at.fail(kColumns[k], "column missing among " + shortened(joined(names), kMostOfHeader));
   }
   return columns;
 }
 
 double number(std::string_view text, std::string_view column, const Place& at) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-    at.fail(column, "expected a finite number, got \"" + std::string(text.substr(0, 40)) + "\"");
-  }
-  return value;
+  const std::optional<double> value = finite_number(text);
+  if (!value) at.fail(column, "expected a finite number, got \"" + shortened(text) + "\"");
+  return *value;
 }
 
 TracePoint parse_point(const std::array<double, kColumns.size()>& v, const Place& at) {
@@ -80,7 +98,7 @@ TracePoint parse_point(const std::array<double, kColumns.size()>& v, const Place
 
 std::vector<TracePoint> load_trace(const std::string& path) {
   std::ifstream in(path);
-  if (!in) throw InputError(path + ": can't be opened");
+  if (!in) throw InputError(path + ": can't be opened: " + std::strerror(errno));
   std::vector<TracePoint> trace;
   std::array<std::size_t, kColumns.size()> columns{};
   std::size_t width = 0, opening = 0;
@@ -94,7 +112,7 @@ std::vector<TracePoint> load_trace(const std::string& path) {
     if (width == 0) {
       columns = find_columns(fields, at);
       width = fields.size();
-      opening = static_cast<std::size_t>(std::find(fields.begin(), fields.end(), kOpening) - fields.begin());
+      opening = find_column(fields, kOpening, at);
       continue;
     }
     if (fields.size() != width) {
@@ -108,6 +126,7 @@ std::vector<TracePoint> load_trace(const std::string& path) {
     if (!trace.empty() && point.time_s <= trace.back().time_s) at.fail("time_s", "times must ascend");
     trace.push_back(point);
   }
+  if (in.bad()) throw InputError(path + ": can't be read: " + std::strerror(errno));
   if (trace.empty()) throw InputError(path + ": no point in this trace");
   return trace;
 }

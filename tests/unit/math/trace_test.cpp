@@ -72,9 +72,18 @@ TEST_F(Trace, a_spreadsheet_may_have_written_it) {
             load_trace(write(text)));
 }
 
+TEST_F(Trace, names_and_numbers_may_stand_in_quotes_and_numbers_behind_a_plus) {
+  EXPECT_EQ(load_trace(write(
+                "\"\", \"time_s\",\"x_world_m\",y_world_m,z_world_m,qw,qx,qy,qz\n\"1\",+0.5,\"1\",2,3,1,0,0,0\n")),
+            load_trace(write(kHeader + "0.5,1,2,3,1,0,0,0\n")));
+}
+
 TEST_F(Trace, errors_name_file_line_and_column) {
   const std::vector<std::pair<std::string, std::string>> cases{
-      {"time_s,x_world_m,y_world_m\n", ":1: z_world_m: column missing"},
+      {"time_s,x_world_m,y_world_m\n", ":1: z_world_m: column missing among time_s, x_world_m, y_world_m"},
+      {"Time_s,X_world_mm\n", ":1: time_s: column missing among Time_s, X_world_mm"},
+      {"time_s;x_world_m;y_world_m\n0,5;0;0\n", ":1: columns: expected commas between them, and points in numbers"},
+      {"time_s\tx_world_m\ty_world_m\n", ":1: columns: expected commas between them"},
       {kHeader + "0,0,0,0,1,0,0,0\n1,0,oops,0,1,0,0,0\n", ":3: y_world_m: expected a finite number, got \"oops\""},
       {kHeader + "0,0,0,nan,1,0,0,0\n", ":2: z_world_m: "},
       {kHeader + "0,0,0,,1,0,0,0\n", ":2: z_world_m: "},
@@ -82,6 +91,7 @@ TEST_F(Trace, errors_name_file_line_and_column) {
       {kHeader + "0,0,0,0,0,0,0,0\n", ":2: qw: expected a unit quaternion"},
       {kHeader + "1,0,0,0,1,0,0,0\n1,0,0,0,1,0,0,0\n", ":3: time_s: times must ascend"},
       {"qz," + kHeader, ":1: qz: column given twice"},
+      {"opening_rad,opening_rad," + kHeader, ":1: opening_rad: column given twice"},
       {"opening_rad," + kHeader + "4,0,0,0,0,1,0,0,0\n", ":2: opening_rad: expected 0 to pi"},
       {kHeader, ": no point"},
       {"", ": no point"},
@@ -95,6 +105,15 @@ TEST_F(Trace, errors_name_file_line_and_column) {
     }
   }
   EXPECT_THROW(load_trace("/nowhere/trace.csv"), InputError);
+}
+
+TEST_F(Trace, a_directory_is_no_empty_trace) {
+  try {
+    load_trace(testing::TempDir());
+    ADD_FAILURE() << "a directory was read";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.what(), testing::TempDir() + ": can't be read: Is a directory");
+  }
 }
 
 }  // namespace
