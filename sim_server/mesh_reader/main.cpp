@@ -18,7 +18,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <span>
 #include <sstream>
 #include <stdexcept>
@@ -27,6 +26,7 @@
 
 #include "common/core/joined.h"
 #include "sim_server/mesh_reader/labels.h"
+#include "sim_server/mesh_reader/plain_obj.h"
 #include "sim_server/scene/mesh_process.h"
 
 namespace sectio {
@@ -87,24 +87,6 @@ void refuse_decimal_commas(const std::string& path, const std::string& extension
       }
     }
   }
-}
-
-// assimp does not count ".05" among the numbers of a line of an OBJ file. The file's text with "0.05" for it; empty: it
-// has no such number.
-std::string with_leading_zeros(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  std::string written;
-  std::size_t copied = 0;
-  for (std::size_t i = 1; i + 1 < text.size(); ++i) {
-    if (text[i] != '.' || !std::isdigit(static_cast<unsigned char>(text[i + 1]))) continue;
-    const bool has_sign = text[i - 1] == '-' || text[i - 1] == '+';
-    const char before = has_sign && i >= 2 ? text[i - 2] : text[i - 1];
-    if (before != ' ' && before != '\t') continue;
-    written.append(text, copied, i - copied).append("0");
-    copied = i;
-  }
-  return copied == 0 ? std::string() : written.append(text, copied);
 }
 
 class SoupWriter {
@@ -195,7 +177,7 @@ TriangleSoup read(const std::string& path, std::uint64_t max_triangles, bool any
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   constexpr unsigned kSteps =
       aiProcess_ValidateDataStructure | aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType;
-  const std::string mended = extension == ".obj" ? with_leading_zeros(path) : "";
+  const std::string mended = extension == ".obj" ? plain_obj(path) : "";
   const aiScene* scene = mended.empty() ? importer.ReadFile(path, kSteps)
                                         : importer.ReadFileFromMemory(mended.data(), mended.size(), kSteps, "obj");
   if (scene == nullptr || scene->mRootNode == nullptr) {

@@ -123,7 +123,7 @@ TEST_F(Programs, a_step_beyond_the_stable_one_is_refused_with_the_one_that_would
 TEST_F(Programs, a_damaged_mesh_is_one_line_with_file_and_place) {
   const std::string mesh = value_of("{file");
   const std::string whole = read_file(SECTIO_SOURCE_DIR "/deploy/scenes/" + mesh);
-  write("half.obj", whole.substr(0, whole.size() - whole.size() / 10));
+  write("half.obj", whole.substr(0, whole.rfind('\n', whole.size() - whole.size() / 10) + 1));
   refuse_scene("../meshes/" + std::filesystem::path(mesh).filename().string(), file("half.obj"), "not closed");
   write("not_a_mesh.obj", "once upon a time\n");
   refuse_scene("../meshes/" + std::filesystem::path(mesh).filename().string(), file("not_a_mesh.obj"),

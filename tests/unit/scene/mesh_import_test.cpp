@@ -228,6 +228,54 @@ TEST_F(MeshImport, numbers_need_no_leading_zero) {
   EXPECT_EQ(without.triangles, with_zeros.triangles);
 }
 
+TEST_F(MeshImport, numbers_of_an_obj_may_have_many_digits_and_lines_any_end_or_beginning) {
+  std::string text = obj(cube());
+  const TriangleSoup plain = import_mesh(write("plain.obj", text), 1).soup;
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string changed = text;
+    for (std::size_t at = 0; (at = changed.find(from, at)) != std::string::npos; at += to.size())
+      changed.replace(at, from.size(), to);
+    EXPECT_NE(changed, text) << from;
+    return changed;
+  };
+  const std::vector<std::string> texts{with("v 1 0 0", "v 1000000000000000000000000000000e-30 0 0"),
+                                       with("v 1 0 0", "v 0.0000000000000000000000000000001e31 0 0"),
+                                       with("v 1 0 0", "v +1.000000000000000000000000000000000 -0 0e9"),
+                                       with("v 1 0 0", "v 1 \\\n0 0"),
+                                       with("\n", "\r\n"),
+                                       with("\n", "\r"),
+                                       with("v ", "  v "),
+                                       with("f ", "\tf\t"),
+                                       "\xef\xbb\xbf" + text};
+  for (const std::string& odd : texts) {
+    const std::string path = write("odd.obj", odd);
+    ASSERT_EQ(refusal(path), "") << odd;
+    const TriangleSoup soup = import_mesh(path, 1).soup;
+    EXPECT_EQ(soup.vertices_body_m, plain.vertices_body_m) << odd;
+    EXPECT_EQ(soup.triangles, plain.triangles) << odd;
+  }
+}
+
+TEST_F(MeshImport, words_of_an_obj_that_are_no_numbers_are_named_with_their_line) {
+  const std::vector<std::array<std::string, 3>> cases{
+      {"v 1 0 0", "v 1m 0 0", "line 2: expected a finite number, got \"1m\""},
+      {"v 1 0 0", "v 1d0 0 0", "line 2: expected a finite number, got \"1d0\""},
+      {"v 1 0 0", "v l O O", "line 2: expected a finite number, got \"l\""},
+      {"v 1 0 0", "v 1 \\\n0 nan", "line 2: expected a finite number, got \"nan\""},
+      {"v 1 0 0", "v 1 0", "line 2: expected three numbers behind v"},
+      {"f 1 2 5", "f 1 2 50", "line 13: there is no vertex 50 among 8"},
+      {"f 1 2 5", "f 1 2 -9", "line 13: there is no vertex -9 among 8"},
+      {"f 1 2 5", "f 0 1 4", "line 13: vertices are counted from 1, got 0"},
+      {"f 1 2 5", "f 1 2 5.5", "line 13: expected the number of a vertex, got \"5.5\""},
+      {"f 1 2 5", "f 1 2", "line 13: a face needs three vertices"}};
+  for (const auto& [from, to, flaw] : cases) {
+    std::string text = obj(cube());
+    text.replace(text.find(from), from.size(), to);
+    expect_in(flaw, refusal(write("a.obj", text)));
+  }
+  expect_in("no vertex in the file", refusal(write("a.obj", "# nothing\n")));
+}
+
 TEST_F(MeshImport, decimal_commas_are_named) {
   std::string text = obj(cube());
   text.replace(text.find("v 1 0 0"), 7, "v 1,0 0,0 0,0");
