@@ -13,6 +13,7 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/words.h"
 
 namespace sectio {
 
@@ -46,6 +47,18 @@ struct Arguments::Parser {
   const Command* named() const {
     const auto found = std::find_if(commands.begin(), commands.end(), [](const Command& c) { return c.app->parsed(); });
     return found == commands.end() ? nullptr : &*found;
+  }
+  std::string nearest_command(const std::string& word) const {
+    std::vector<std::string> names;
+    for (const Command& command : commands) names.push_back(command.app->get_name());
+    return nearest_word(word, names);
+  }
+  // Among the flags of the command that the line names, or else of the program.
+  std::string nearest_flag(const std::string& word) const {
+    std::vector<std::string> flags;
+    for (const CLI::Option* option : (named() ? named()->app : app)->get_options())
+      for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+    return nearest_word(word.substr(0, word.find('=')), flags);
   }
   // CLI11 would name a missing flag before an unknown one, so it is not told which are required until it prints help.
   void require(bool is) {
@@ -88,7 +101,9 @@ void Arguments::option(const std::string& flag, T& value, const std::string& mea
   } else {
     option->capture_default_str();
   }
-  if constexpr (std::is_same_v<T, std::vector<std::string>>) option->expected(1)->take_all();
+  // Each flag takes one word: `--peer HOST SCENE` is not two peers.
+  if constexpr (std::is_same_v<T, std::vector<std::string>>)
+    option->expected(1)->allow_extra_args(!flag.starts_with('-'))->take_all();
   if constexpr (std::is_same_v<T, double>) {
     option->check([](const std::string& text) {
       double number = 0;
@@ -142,9 +157,11 @@ bool Arguments::parse(int argc, const char* const* argv) {
     parser_->app->parse(argc, argv);
   } catch (const CLI::ExtrasError&) {
     const std::vector<std::string> unknown = parser_->app->remaining(true);
-    const bool is_command = !parser_->commands.empty() && !parser_->named() && unknown.front().front() != '-';
+    const bool is_command = !parser_->commands.empty() && !parser_->named() && !unknown.front().starts_with('-');
+    const std::string meant =
+        is_command ? parser_->nearest_command(unknown.front()) : parser_->nearest_flag(unknown.front());
     throw InputError((is_command ? "unknown command: " + unknown.front() : "not expected: " + joined(unknown)) +
-                     " (see --help)");
+                     (meant.empty() ? " (see --help)" : "; did you mean " + meant + "?"));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) throw InputError(std::string(error.what()) + " (see --help)");
     parser_->require(true);

@@ -98,16 +98,6 @@ TEST(Arguments, bad_flags_throw_one_line_that_names_them) {
   }
 }
 
-TEST(Arguments, help_and_version_end_the_program_well) {
-  Command c;
-  testing::internal::CaptureStdout();
-  EXPECT_FALSE(c.parse({"--help"}));
-  EXPECT_FALSE(c.parse({"--version"}));
-  const std::string text = testing::internal::GetCapturedStdout();
-  EXPECT_NE(text.find("--duration-s"), std::string::npos) << text;
-  EXPECT_NE(text.find("tester 0."), std::string::npos) << text;
-}
-
 struct Program {
   std::string scene, journal;
   std::string ran;
@@ -139,6 +129,35 @@ struct Program {
   }
 };
 
+TEST(Arguments, the_nearest_known_flag_or_command_is_named) {
+  Program p;
+  EXPECT_EQ(p.refusal({"--sceen", "a"}), "not expected: --sceen a; did you mean --scene?");
+  EXPECT_EQ(p.refusal({"--sceen=a"}), "not expected: --sceen=a; did you mean --scene?");
+  EXPECT_EQ(p.refusal({"replai"}), "unknown command: replai; did you mean replay?");
+  EXPECT_EQ(p.refusal({"liver.yaml"}), "unknown command: liver.yaml (see --help)");
+}
+
+TEST(Arguments, a_flag_that_may_be_repeated_leaves_the_words_behind_its_own_alone) {
+  std::vector<std::string> peers, scenes;
+  Arguments arguments("tester", "Tests words behind flags");
+  arguments.option("--peer", peers, "address of a peer; may be repeated");
+  arguments.option("SCENE", scenes, "scenes", Need::required);
+  const std::vector<const char*> argv{"tester", "--peer", "x", "--peer", "y", "a.yaml", "b.yaml"};
+  ASSERT_TRUE(arguments.parse(static_cast<int>(argv.size()), argv.data()));
+  EXPECT_EQ(peers, (std::vector<std::string>{"x", "y"}));
+  EXPECT_EQ(scenes, (std::vector<std::string>{"a.yaml", "b.yaml"}));
+}
+
+TEST(Arguments, help_and_version_end_the_program_well) {
+  Command c;
+  testing::internal::CaptureStdout();
+  EXPECT_FALSE(c.parse({"--help"}));
+  EXPECT_FALSE(c.parse({"--version"}));
+  const std::string text = testing::internal::GetCapturedStdout();
+  EXPECT_NE(text.find("--duration-s"), std::string::npos) << text;
+  EXPECT_NE(text.find("tester 0."), std::string::npos) << text;
+}
+
 TEST(Arguments, a_command_has_flags_of_its_own) {
   Program p;
   EXPECT_EQ(p.run({"replay", "file"}), 3);
@@ -150,7 +169,7 @@ TEST(Arguments, a_command_has_flags_of_its_own) {
 
 TEST(Arguments, unknown_words_are_named_before_missing_ones) {
   Program p;
-  EXPECT_EQ(p.refusal({"rplay"}), "unknown command: rplay (see --help)");
+  EXPECT_EQ(p.refusal({"rplay"}), "unknown command: rplay; did you mean replay?");
   EXPECT_EQ(p.refusal({"--bodies", "a"}), "not expected: --bodies a (see --help)");
   EXPECT_EQ(p.refusal({"replay", "--quick"}), "not expected: --quick (see --help)");
   EXPECT_EQ(p.refusal({"replay"}), "JOURNAL is required (see --help)");
