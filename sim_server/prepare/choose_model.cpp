@@ -25,7 +25,7 @@ using planning::Method;
 constexpr std::size_t kMoments = 150;  // moments of a trace that are looked at
 constexpr double kOnFloor_m = 1e-3;
 constexpr double kFreeSteps_s[] = {1e-3, 5e-4, 2.5e-4};
-constexpr const char* kNoStep = ": step_s: no step is short enough for the bodies with surface springs";
+constexpr const char* kNoStep = ": no step is short enough for the bodies with surface springs";
 
 bool is_auto(const BodySpec& body) {
   return body.model == "auto";
@@ -158,7 +158,7 @@ Scene with_step(Scene scene, const EngineTable& engines) {
   const std::vector<Method> methods = engines.methods();
   const auto longest =
       std::ranges::find_if(kFreeSteps_s, [&](double step_s) { return is_stable(scene, step_s, methods, engines); });
-  if (longest == std::end(kFreeSteps_s)) throw InputError(scene.file + kNoStep);
+  if (longest == std::end(kFreeSteps_s)) throw InputError(place_of_step(scene) + kNoStep);
   scene.step_s = *longest;
   return scene;
 }
@@ -170,7 +170,7 @@ KeptPlan made_plan(const Scene& scene, const EngineTable& engines, std::span<con
     try {
       if (is_auto(body)) subjects.push_back(subject_of(body, scene, methods, engines));
     } catch (const InputError& error) {
-      throw InputError(scene.file + ": body '" + body.name + "': " + error.what());
+      throw InputError(place_of(body, scene) + ": " + error.what());
     }
   }
   std::vector<double> steps_s{scene.step_s};
@@ -183,7 +183,7 @@ KeptPlan made_plan(const Scene& scene, const EngineTable& engines, std::span<con
     if (!best || choice.worst < best->worst) best = std::move(choice);
     if (best->worst <= 1) break;
   }
-  if (!best) throw InputError(scene.file + kNoStep);
+  if (!best) throw InputError(place_of_step(scene) + kNoStep);
   KeptPlan made;
   for (std::size_t i = 0; i < best->plans.size(); ++i) {
     const Candidate& c = best->plans[i].chosen;

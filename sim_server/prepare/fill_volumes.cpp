@@ -112,7 +112,7 @@ Scene fill_volumes(Scene scene, const EngineTable& engines) {
         remove_below(kSurfaceCrumb * std::pow(mean_edge_m(body.mesh), 3), body);
       if (model->prepare) model->prepare(body);
     } catch (const InputError& error) {
-      throw InputError(scene.file + ": body '" + body.name + "': " + error.what());
+      throw InputError(place_of(body, scene) + ": " + error.what());
     }
   }
   return scene;

@@ -21,6 +21,7 @@ bool is_fine(const BodySpec& body, const Candidate& c) {
 Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
   Scene one;
   one.file = scene.file;
+  one.step_place = scene.step_place;
   one.step_s = c.step_s > 0 ? c.step_s : scene.step_s;
   one.gravity_m_per_s2 = scene.gravity_m_per_s2;
   one.bodies.push_back(body);

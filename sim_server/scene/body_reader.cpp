@@ -209,6 +209,7 @@ Box read_box(KeyReader& map) {
 
 BodySpec read_body(KeyReader& map, const EngineTraits& traits) {
   BodySpec body;
+  body.place = map.place();
   map.required().name("name", body.name, "Its name, which no other body has.");
   map.name("server", body.server,
            "Name of the server that simulates the body, when several servers share the session.");

@@ -208,6 +208,11 @@ void KeyReader::check(const std::string& key, bool good, const std::string& flaw
   if (const auto value = given(key)) value->fail(flaw);
 }
 
+std::string KeyReader::place(const std::string& key) const {
+  if (!map_) return {};
+  return given(key).value_or(*map_).place();
+}
+
 void KeyReader::finish() const {
   for (const YamlEntry& entry : entries_) {
     if (std::ranges::find(keys_, entry.key, &Key::name) != keys_.end()) continue;

@@ -67,6 +67,8 @@ class KeyReader {
   std::optional<YamlValue> given(const std::string& key) const;
   // Throws at the first key that was not named, with the nearest one that was.
   void finish() const;
+  // The line of this map as "FILE:LINE", or that of a key's value if it is given.
+  std::string place(const std::string& key = {}) const;
   // The keys that were named, in order.
   const std::vector<Key>& keys() const { return keys_; }
 

@@ -150,6 +150,7 @@ void read_scene(KeyReader& map, const EngineTraits& traits, Scene& scene) {
       "instruments touch slowly or not at all. Models divide it into as many parts as they need; where the springs of "
       "a surface would need more than 32, it is refused with the largest that would do. auto: the program chooses it, "
       "with the models where these are auto.");
+  scene.step_place = map.place("step_s");
   map.number("duration_s", scene.duration_s, above_to(0, 86400), "Simulated time of a run.");
   read_gravity(map, scene);
   map.number("floor_z_m", scene.floor_z_m, between(-1000, 1000), "Height of the floor; without it there is none.");

@@ -99,6 +99,7 @@ struct Box {
 
 struct BodySpec {
   std::string name;
+  std::string place;                    // its line as "FILE:LINE", for messages; empty: it is from no file
   std::string server = "main";          // the server, among those that share the session, that simulates it
   std::string mesh_file;                // resolved path
   double mesh_unit_m = 1;               // length of the file's unit
@@ -181,7 +182,8 @@ struct SleepSpec {
 
 struct Scene {
   std::string session = "session";
-  std::string file;  // origin, for messages
+  std::string file;        // origin, for messages
+  std::string step_place;  // line of step_s as "FILE:LINE"; empty: it is from no file
   double step_s = 0.001;
   bool step_is_free = false;  // step_s: auto: the planner may take a shorter one
   double duration_s = 5;
@@ -206,6 +208,14 @@ Scene load_scene(const std::string& path, const EngineTraits& traits);
 
 // The keys of a scene, from the reader itself.
 std::vector<Key> describe_scene(const EngineTraits& traits);
+
+// Beginnings of messages, "FILE:LINE: body 'liver'" and "FILE:LINE: step_s".
+inline std::string place_of(const BodySpec& body, const Scene& scene) {
+  return (body.place.empty() ? scene.file : body.place) + ": body '" + body.name + "'";
+}
+inline std::string place_of_step(const Scene& scene) {
+  return (scene.step_place.empty() ? scene.file : scene.step_place) + ": step_s";
+}
 
 // Leaves the bodies named, in the order of the scene; other programs have the others. Throws InputError "WHO: ..." for
 // a name that the scene doesn't have, or none at all, and for a process over bodies here and elsewhere.

@@ -16,7 +16,7 @@
 namespace sectio {
 namespace {
 
-std::string place(const std::string& file, const YAML::Mark& mark) {
+std::string place_of(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
 }
 
@@ -26,7 +26,11 @@ YamlValue::YamlValue(const YAML::Node& node, std::string file, std::string key)
     : node_(std::make_shared<YAML::Node>(node)), file_(std::move(file)), key_(std::move(key)) {}
 
 void YamlValue::fail(const std::string& flaw) const {
-  throw InputError(place(file_, node_->Mark()) + ": " + (key_.empty() ? "" : key_ + ": ") + flaw);
+  throw InputError(place() + ": " + (key_.empty() ? "" : key_ + ": ") + flaw);
+}
+
+std::string YamlValue::place() const {
+  return place_of(file_, node_->Mark());
 }
 
 YamlValue YamlValue::absent(const std::string& key) const {
@@ -208,7 +212,7 @@ YAML::Node document_of(const std::string& path) {
   } catch (const YAML::Exception& error) {
     if (const int line = line_indented_by_tab(content.str()); line > 0 && line <= error.mark.line + 1)
       throw InputError(path + ":" + std::to_string(line) + ": a tab indents this line; YAML takes spaces alone");
-    throw InputError(place(path, error.mark) + ": " + shortened(error.msg));
+    throw InputError(place_of(path, error.mark) + ": " + shortened(error.msg));
   }
 }
 

@@ -32,6 +32,7 @@ class YamlValue {
   std::vector<YamlEntry> entries() const;  // entries of a map; a key that stands there twice is an error
 
   [[noreturn]] void fail(const std::string& flaw) const;
+  std::string place() const;  // "FILE:LINE"
   // An entry of this map that does not stand in the file: its errors name the map's line.
   YamlValue absent(const std::string& key) const;
 

@@ -77,9 +77,9 @@ Body::Body(const BodySpec& body, const Scene& scene, std::uint32_t body_id, Make
   const double largest_s = engines.deformation->largest_stable_step_s();
   if (scene.step_s > largest_s)
     throw InputError(
-        formatted("%s: step_s: %g s is beyond the stable step of body '%s', which its young_pa, density_kg_per_m3 and "
+        formatted("%s: %g s is beyond the stable step of body '%s', which its young_pa, density_kg_per_m3 and "
                   "mesh limit; the largest that would do is %.3g s",
-                  scene.file.c_str(), scene.step_s, body.name.c_str(),
+                  place_of_step(scene).c_str(), scene.step_s, body.name.c_str(),
                   0.995 * largest_s));  // no digit is rounded up
 }
 

@@ -38,7 +38,7 @@ SimulatedWorld::SimulatedWorld(const Scene& s, const EngineTable& engines)
       throw InputError(scene.file + ": bodies[" + std::to_string(i) + "].model: there are no engines for " +
                        scene.bodies[i].model);
     if (model->traits.needs_volume && scene.bodies[i].tets.tetrahedra.empty())
-      throw InputError(scene.file + ": body '" + scene.bodies[i].name + "' has no volume: see prepared()");
+      throw InputError(place_of(scene.bodies[i], scene) + " has no volume: see prepared()");
     bodies.push_back(std::make_unique<Body>(scene.bodies[i], scene, i, model->make));
   }
   for (std::uint32_t i = 0; i < scene.tools.size(); ++i) tools.emplace_back(i, scene);
