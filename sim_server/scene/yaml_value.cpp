@@ -4,8 +4,10 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -203,7 +205,9 @@ int line_indented_by_tab(const std::string& text) {
 YAML::Node document_of(const std::string& path) {
   std::ifstream file(path);
   std::ostringstream content;
-  if (!file || !(content << file.rdbuf())) throw InputError(path + ": can't be read, or is empty");
+  file.peek();
+  if (file.eof()) throw InputError(path + ": the file is empty");
+  if (!file || !(content << file.rdbuf())) throw InputError(path + ": can't be read: " + std::strerror(errno));
   try {
     const int documents = count_documents(content.str());
     if (documents != 1)

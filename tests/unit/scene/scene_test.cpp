@@ -1,5 +1,7 @@
 #include "sim_server/scene/scene.h"
 
+#include <map>
+
 #include "sim_server/engine/standard_traits.h"
 #include "tests/support/random.h"
 #include "tests/unit/scene/scene_file.h"
@@ -364,8 +366,22 @@ TEST_F(SceneFile, text_that_is_no_scene_is_refused) {
         std::string("session: !!binary x\nbodies: &b [*b]\n")}) {
     EXPECT_THROW(load(text), InputError) << text.substr(0, 40);
   }
-  EXPECT_THROW(load_scene((folder_ / "absent.yaml").string(), standard_traits()), InputError);
-  EXPECT_THROW(load_scene(folder_.string(), standard_traits()), InputError);
+}
+
+TEST_F(SceneFile, a_file_that_is_not_there_is_not_called_empty) {
+  write("empty.yaml", "");
+  const std::string folder = folder_.string();
+  for (const auto& [path, flaw] :
+       std::map<std::string, std::string>{{folder + "/absent.yaml", "can't be read: No such file or directory"},
+                                          {folder, "can't be read: Is a directory"},
+                                          {folder + "/empty.yaml", "the file is empty"}}) {
+    try {
+      load_scene(path, standard_traits());
+      ADD_FAILURE() << path << " was read";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.what(), path + ": " + flaw);
+    }
+  }
 }
 
 TEST_F(SceneFile, damaged_text_is_read_or_refused_and_nothing_else) {
