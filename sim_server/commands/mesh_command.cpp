@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/log.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/meshing/fill.h"
 #include "sim_server/meshing/tet_file.h"
@@ -46,6 +47,7 @@ FilledVolume volume_of(const std::string& in, double unit_m, const FillSettings&
     return filled;
   }
   const ImportedMesh surface = import_mesh(in, unit_m);
+  if (const std::string flaw = flaw_of_size(surface.soup); !flaw.empty()) log_warning(in + ": " + flaw);
   try {
     filled = fill(surface.soup, settings);
   } catch (const InputError& error) {

@@ -13,9 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// No part of a patient is larger or smaller: a mesh that is has another unit than the scene says.
-constexpr double kSmallestBody_m = 1e-3;
-constexpr double kLargestBody_m = 5;
 constexpr double kMostGravity_m_per_s2 = 1000;
 
 // Adds what was read; no two may have the same name.
@@ -194,11 +191,7 @@ void import_surface(BodySpec& body, const YamlValue& file, const YamlValue& unit
   body.mesh = std::move(mesh.soup);
   body.mesh_notes = std::move(mesh.mended);
   if (mesh.report.components > 1) body.mesh_notes.push_back(std::to_string(mesh.report.components) + " separate parts");
-  Eigen::AlignedBox3d box;
-  for (const Vec3& p : body.mesh.vertices_body_m) box.extend(p);
-  const double size_m = box.diagonal().norm();
-  if (size_m < kSmallestBody_m || size_m > kLargestBody_m)
-    unit.fail("the mesh would be " + std::to_string(size_m) + " m across; is its unit another one?");
+  if (const std::string flaw = flaw_of_size(body.mesh); !flaw.empty()) unit.fail(flaw);
 }
 
 // Meshes and traces, once every key is known to be good.

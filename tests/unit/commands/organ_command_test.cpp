@@ -232,6 +232,13 @@ TEST_F(OrganCommand, bad_input_is_one_line) {
   EXPECT_NE(refusal({boxes(), "--tissue", "bone"}).find("expected one of brain"), std::string::npos);
 }
 
+TEST_F(OrganCommand, a_body_that_no_scene_would_take_is_refused_and_leaves_nothing) {
+  const std::string why = refusal({boxes(), "--unit", "m"});
+  EXPECT_TRUE(why.starts_with("--unit m: ")) << why;
+  EXPECT_NE(why.find("boxes.obj: the mesh would be 30."), std::string::npos) << why;
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
 TEST_F(OrganCommand, a_scene_wraps_its_mesh_itself) {
   boxes();
   const std::string scene =
