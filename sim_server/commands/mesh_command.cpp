@@ -58,12 +58,11 @@ FilledVolume volume_of(const std::string& in, double unit_m, const FillSettings&
 }
 
 // Right through, one plane after the other.
-TetMesh cut_along(const TetMesh& mesh, const std::vector<std::string>& planes, double snap) {
+TetMesh cut_along(const TetMesh& mesh, const std::vector<Plane>& planes, double snap) {
   Vec3 low = mesh.vertices_body_m[0], high = low;
   for (const Vec3& p : mesh.vertices_body_m) low = low.cwiseMin(p), high = high.cwiseMax(p);
   TetTopology volume(mesh);
-  for (const std::string& text : planes) {
-    const Plane plane = plane_of(text);
+  for (const Plane& plane : planes) {
     const double size = 2 * ((high - low).norm() + (plane.point_m - low).norm());
     const Vec3 u = size * plane.normal.unitOrthogonal(), w = size * plane.normal.normalized().cross(u / size);
     const Vec3& at = plane.point_m;
@@ -93,6 +92,9 @@ struct MeshFlags {
 int make_mesh(const MeshFlags& flags) {
   FillSettings settings = flags.settings;
   check_values(settings, flags.snap);
+  std::vector<Plane> planes;
+  for (const std::string& text : flags.cuts) planes.push_back(plane_of(text));
+  if (!flags.out.empty()) check_can_write_tets(flags.out);
   settings.mesher = flags.mesher == "lattice"  ? Mesher::lattice
                     : flags.mesher == "tetgen" ? Mesher::tetgen
                                                : Mesher::best;
@@ -100,8 +102,8 @@ int make_mesh(const MeshFlags& flags) {
   for (const std::string& note : filled.notes) std::printf("note: %s\n", note.c_str());
   for (const FillReport& report : filled.compared) std::printf("%s\n", to_string(report).c_str());
   if (filled.compared.size() > 1) std::printf("kept: %s\n", filled.report.mesher.c_str());
-  if (!flags.cuts.empty()) {
-    filled.mesh = cut_along(filled.mesh, flags.cuts, flags.snap);
+  if (!planes.empty()) {
+    filled.mesh = cut_along(filled.mesh, planes, flags.snap);
     const FillReport after = report_on(filled.mesh, "cut", filled.report.surface_volume_m3, settings.material);
     std::printf("%s, %u parts\n", to_string(after).c_str(), after.tets.components);
   }

@@ -1,10 +1,10 @@
 #include "sim_server/meshing/tet_file.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <map>
-#include <memory>
 
+#include "common/core/formatted.h"
+#include "common/core/write_file.h"
 #include "sim_server/meshing/tokenizer.h"
 
 namespace sectio {
@@ -214,73 +214,48 @@ TetFile compact(const RawTets& raw, double unit_m) {
   return file;
 }
 
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using OpenFile = std::unique_ptr<std::FILE, CloseFile>;
-
-OpenFile open_to_write(const std::string& path) {
-  OpenFile file(std::fopen(path.c_str(), "w"));
-  if (!file) throw InputError(path + ": can't be written");
-  return file;
-}
-void finish(const std::string& path, OpenFile file) {
-  if (std::fflush(file.get()) != 0 || std::ferror(file.get()) != 0) throw InputError(path + ": can't be written");
-}
-
-void put(std::FILE* f, const Vec3& x) {
-  std::fprintf(f, "%.17g %.17g %.17g\n", x.x(), x.y(), x.z());
+std::string to_text(const Vec3& x) {
+  return formatted("%.17g %.17g %.17g\n", x.x(), x.y(), x.z());
 }
 
 void write_msh(const std::string& path, const TetMesh& mesh) {
-  OpenFile file = open_to_write(path);
-  std::FILE* const f = file.get();
-  std::fprintf(f, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%zu\n", mesh.vertices_body_m.size());
-  for (std::size_t v = 0; v < mesh.vertices_body_m.size(); ++v) {
-    std::fprintf(f, "%zu ", v + 1);
-    put(f, mesh.vertices_body_m[v]);
-  }
-  std::fprintf(f, "$EndNodes\n$Elements\n%zu\n", mesh.tetrahedra.size());
+  std::string text = formatted("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%zu\n", mesh.vertices_body_m.size());
+  for (std::size_t v = 0; v < mesh.vertices_body_m.size(); ++v)
+    text += std::to_string(v + 1) + ' ' + to_text(mesh.vertices_body_m[v]);
+  text += formatted("$EndNodes\n$Elements\n%zu\n", mesh.tetrahedra.size());
   for (std::size_t n = 0; n < mesh.tetrahedra.size(); ++n) {
     const Tetrahedron& t = mesh.tetrahedra[n];
-    std::fprintf(f, "%zu 4 2 0 0 %u %u %u %u\n", n + 1, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+    text += formatted("%zu 4 2 0 0 %u %u %u %u\n", n + 1, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
   }
-  std::fputs("$EndElements\n", f);
-  finish(path, std::move(file));
+  write_file(path, text + "$EndElements\n");
 }
 
 void write_vtk(const std::string& path, const TetMesh& mesh) {
-  OpenFile file = open_to_write(path);
-  std::FILE* const f = file.get();
-  std::fprintf(
-      f, "# vtk DataFile Version 3.0\ntetrahedra, in metres\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS %zu double\n",
+  std::string text = formatted(
+      "# vtk DataFile Version 3.0\ntetrahedra, in metres\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS %zu double\n",
       mesh.vertices_body_m.size());
-  for (const Vec3& x : mesh.vertices_body_m) put(f, x);
-  std::fprintf(f, "CELLS %zu %zu\n", mesh.tetrahedra.size(), 5 * mesh.tetrahedra.size());
-  for (const Tetrahedron& t : mesh.tetrahedra) std::fprintf(f, "4 %u %u %u %u\n", t[0], t[1], t[2], t[3]);
-  std::fprintf(f, "CELL_TYPES %zu\n", mesh.tetrahedra.size());
-  for (std::size_t n = 0; n < mesh.tetrahedra.size(); ++n) std::fputs("10\n", f);
-  finish(path, std::move(file));
+  for (const Vec3& x : mesh.vertices_body_m) text += to_text(x);
+  text += formatted("CELLS %zu %zu\n", mesh.tetrahedra.size(), 5 * mesh.tetrahedra.size());
+  for (const Tetrahedron& t : mesh.tetrahedra) text += formatted("4 %u %u %u %u\n", t[0], t[1], t[2], t[3]);
+  text += formatted("CELL_TYPES %zu\n", mesh.tetrahedra.size());
+  for (std::size_t n = 0; n < mesh.tetrahedra.size(); ++n) text += "10\n";
+  write_file(path, text);
 }
 
 void write_tetgen(const std::string& path, const TetMesh& mesh) {
-  const std::string node_path = fs::path(path).replace_extension(".node").string();
-  OpenFile nodes = open_to_write(node_path);
-  std::fprintf(nodes.get(), "%zu 3 0 0\n", mesh.vertices_body_m.size());
-  for (std::size_t v = 0; v < mesh.vertices_body_m.size(); ++v) {
-    std::fprintf(nodes.get(), "%zu ", v);
-    put(nodes.get(), mesh.vertices_body_m[v]);
-  }
-  finish(node_path, std::move(nodes));
-  const std::string element_path = fs::path(path).replace_extension(".ele").string();
-  OpenFile elements = open_to_write(element_path);
-  std::fprintf(elements.get(), "%zu 4 0\n", mesh.tetrahedra.size());
+  std::string nodes = formatted("%zu 3 0 0\n", mesh.vertices_body_m.size());
+  for (std::size_t v = 0; v < mesh.vertices_body_m.size(); ++v)
+    nodes += std::to_string(v) + ' ' + to_text(mesh.vertices_body_m[v]);
+  std::string elements = formatted("%zu 4 0\n", mesh.tetrahedra.size());
   for (std::size_t n = 0; n < mesh.tetrahedra.size(); ++n) {
     const Tetrahedron& t = mesh.tetrahedra[n];
-    std::fprintf(elements.get(), "%zu %u %u %u %u\n", n, t[0], t[1], t[2], t[3]);
+    elements += formatted("%zu %u %u %u %u\n", n, t[0], t[1], t[2], t[3]);
   }
-  finish(element_path, std::move(elements));
+  write_file(fs::path(path).replace_extension(".node").string(), nodes);
+  write_file(fs::path(path).replace_extension(".ele").string(), elements);
 }
+
+constexpr const char* kExpectedName = ": expected a name that ends in .msh, .vtk, .node or .ele";
 
 }  // namespace
 
@@ -291,7 +266,7 @@ bool is_tet_file(const std::string& path) {
 
 TetFile read_tet_file(const std::string& path, double unit_m) {
   const std::string extension = extension_of(path);
-  if (!is_tet_file(path)) throw InputError(path + ": expected a name that ends in .msh, .vtk, .node or .ele");
+  if (!is_tet_file(path)) throw InputError(path + kExpectedName);
   const RawTets raw = extension == ".msh" ? read_msh(path) : extension == ".vtk" ? read_vtk(path) : read_tetgen(path);
   if (raw.tetrahedra.empty()) throw InputError(path + ": no tetrahedra in it");
   TetFile file = compact(raw, unit_m);
@@ -299,12 +274,17 @@ TetFile read_tet_file(const std::string& path, double unit_m) {
   return file;
 }
 
+void check_can_write_tets(const std::string& path) {
+  if (!is_tet_file(path)) throw InputError(path + kExpectedName);
+  check_can_write(path);
+}
+
 void write_tet_file(const std::string& path, const TetMesh& mesh) {
   const std::string extension = extension_of(path);
   if (extension == ".msh") return write_msh(path, mesh);
   if (extension == ".vtk") return write_vtk(path, mesh);
   if (extension == ".node" || extension == ".ele") return write_tetgen(path, mesh);
-  throw InputError(path + ": expected a name that ends in .msh, .vtk, .node or .ele");
+  throw InputError(path + kExpectedName);
 }
 
 }  // namespace sectio

@@ -22,7 +22,9 @@ bool is_tet_file(const std::string& path);
 // reason, place" for tetrahedra that are inverted, overlap or don't conform. Refuses files above 1 GB. Any thread.
 TetFile read_tet_file(const std::string& path, double unit_m);
 
-// Writes metres. Throws InputError when the file can't be written or its name has another ending.
+// Writes metres: a whole file, or none. Throws InputError when the file can't be written or its name has another
+// ending; check_can_write_tets() throws the same before there is anything to write.
+void check_can_write_tets(const std::string& path);
 void write_tet_file(const std::string& path, const TetMesh& mesh);
 
 }  // namespace sectio

@@ -3,14 +3,15 @@
 #pragma once
 
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "common/core/error.h"
+#include "common/core/words.h"
 
 namespace sectio {
 
@@ -51,18 +52,16 @@ class Tokenizer {
   }
   double real() {
     const std::string_view word = next();
-    double value = 0;
-    const auto [end, error] = std::from_chars(word.data() + (word.front() == '+'), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
-      fail("expected a number, got " + std::string(word.substr(0, 40)));
-    return value;
+    const std::optional<double> value = finite_number(word);
+    if (!value) fail("expected a number, got " + shortened(word));
+    return *value;
   }
   std::int64_t integer() {
     const std::string_view word = next();
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || end != word.data() + word.size())
-      fail("expected a whole number, got " + std::string(word.substr(0, 40)));
+      fail("expected a whole number, got " + shortened(word));
     return value;
   }
   // Reads the number of entries that follow, each of at least `tokens` tokens.

@@ -30,6 +30,22 @@ TEST(MeshCommand, C_IMP_1_an_organ_in_one_command_cut_in_four) {
   EXPECT_EQ(run({out}), 0);
 }
 
+TEST(MeshCommand, a_place_that_takes_no_file_is_told_before_the_work) {
+  const auto refusal = [](const std::string& out) {
+    testing::internal::CaptureStdout();
+    std::string why;
+    try {
+      run({kLiver, "--tetrahedra", "1000", "--tets", out});
+    } catch (const InputError& error) {
+      why = error.what();
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "") << "it worked before it said so";
+    return why;
+  };
+  EXPECT_EQ(refusal("/nowhere/organ.vtk"), "/nowhere/organ.vtk: can't be written: No such file or directory");
+  EXPECT_EQ(refusal("organ.foo"), "organ.foo: expected a name that ends in .msh, .vtk, .node or .ele");
+}
+
 TEST(MeshCommand, C_IMP_1_what_can_t_be_done_is_refused) {
   EXPECT_THROW(run({kLiver, "--tetrahedra", "3"}), InputError);
   EXPECT_THROW(run({kLiver, "--cut", "0,0,0"}), InputError);
