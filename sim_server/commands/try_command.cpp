@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/stop_signal.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
@@ -47,17 +49,41 @@ std::string reasons_of(const Trial& trial) {
   return text;
 }
 
+void make_directory(const std::string& path) {
+  if (path.empty()) return;
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw InputError("--failures: " + path + ": can't be made: " + error.message());
+}
+
+// Whether it is there, where one is asked for: a full disk ends no run.
+bool keep_failure(const Scene& scene, const std::string& directory, std::uint64_t seed) {
+  try {
+    if (!directory.empty()) write_scene(scene, directory + "/" + std::to_string(seed));
+    return true;
+  } catch (const InputError& error) {
+    log_error(error.what());
+    return false;
+  }
+}
+
 int try_scene(Flags flags) {
   check(flags);
   Hand& hand = flags.options.hand;
   hand.shift_m = 1e-3 * flags.shift_mm;
   hand.tremor_m = 1e-3 * flags.tremor_mm;
   hand.back_m = 1e-3 * flags.back_mm;
-  const Scene scene = prepared(load_scene(flags.scene, standard_traits()));
+  Scene scene = load_scene(flags.scene, standard_traits());
   if (std::ranges::all_of(scene.tools, [](const ToolSpec& tool) { return tool.trace.empty(); }))
-    throw InputError(flags.scene + ": no tool has a trace");
+    throw InputError(flags.scene + (scene.tools.empty() ? ": it has no tools" : ": no tool has a trace") +
+                     ", so every run would be the same: give a tool a `trace`, or play the scene once with --scene " +
+                     flags.scene + " --offline");
+  scene = prepared(std::move(scene));
+  make_directory(flags.failures);
   if (scene.expect.empty()) log_warning(flags.scene + ": says nothing under expect:, so a run that ends well is ok");
+  catch_stop_signals();
   std::uint32_t ended = 0, good = 0;
+  bool kept = true;
   const std::vector<Trial> trials = run_trials(scene, flags.options, [&](const Trial& trial) {
     ++ended;
     good += trial.reasons.empty();
@@ -66,13 +92,18 @@ int try_scene(Flags flags) {
     if (trial.reasons.empty()) return;
     std::printf("seed %llu: %s\n", static_cast<unsigned long long>(trial.seed), reasons_of(trial).c_str());
     std::fflush(stdout);
-    if (!flags.failures.empty())
-      write_scene(in_hand(scene, hand, trial.seed), flags.failures + "/" + std::to_string(trial.seed));
+    kept = keep_failure(in_hand(scene, hand, trial.seed), flags.failures, trial.seed) && kept;
   });
+  const bool stopped = trials.size() < flags.options.runs;
+  if (stopped)
+    log_warning("stopped after " + std::to_string(trials.size()) + " of " + std::to_string(flags.options.runs) +
+                " runs");
+  if (trials.empty()) return 1;
   const Rate rate = rate_of(trials);
   const Interval interval = wilson(rate);
   std::printf("%s, %s: %u of %u, %.1f %% (95 %%: %.1f to %.1f %%)\n", flags.scene.c_str(), to_text(hand).c_str(),
               rate.good, rate.all, 100.0 * rate.good / rate.all, 100 * interval.low, 100 * interval.high);
+  if (stopped || !kept) return 1;
   return rate.good >= flags.at_least * rate.all ? 0 : kExitNotOk;
 }
 

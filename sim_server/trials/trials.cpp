@@ -1,5 +1,6 @@
 #include "sim_server/trials/trials.h"
 
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,13 +13,18 @@
 #include <cstdio>
 #include <cstring>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/stop_signal.h"
 #include "sim_server/session/offline_run.h"
 
 namespace sectio {
 namespace {
+
+constexpr useconds_t kPause_us = 5000;  // wait() would go on through a signal
 
 // A run in a child writes a line for each reason into a file without a name. Anything else that it prints (an
 // assertion, a message of a library) goes there too, and is the reason when it ends by a signal.
@@ -28,6 +34,8 @@ struct Child {
 };
 
 [[noreturn]] void play(const Scene& scene, const TrialsOptions& options, const Child& child) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  for (const int number : stop_signals()) std::signal(number, SIG_DFL);
   dup2(fileno(child.said), STDERR_FILENO);
   const rlimit limit{options.processor_limit_s, options.processor_limit_s};
   setrlimit(RLIMIT_CPU, &limit);
@@ -79,6 +87,13 @@ Trial judged(const Child& child, int status, const TrialsOptions& options) {
 class Nursery {
  public:
   Nursery(const Scene& scene, const TrialsOptions& options) : scene_(scene), options_(options) {}
+  ~Nursery() {
+    for (const auto& [pid, child] : children_) {
+      kill(pid, SIGKILL);
+      waitpid(pid, nullptr, 0);
+      std::fclose(child.said);
+    }
+  }
 
   void begin(std::uint64_t seed) {
     Child child{seed, std::tmpfile()};
@@ -89,9 +104,12 @@ class Nursery {
     if (pid < 0) throw InputError(std::string("a process can't be made: ") + std::strerror(errno));
     children_[pid] = child;
   }
-  Trial wait_for_one() {
+  // Nothing when a stop was asked for: the same signal may have ended the run.
+  std::optional<Trial> wait_for_one() {
     int status = 0;
-    const pid_t pid = wait(&status);
+    pid_t pid = 0;
+    while (!stop_was_requested() && (pid = waitpid(-1, &status, WNOHANG)) == 0) usleep(kPause_us);
+    if (stop_was_requested()) return std::nullopt;
     const Child child = children_.at(pid);
     Trial trial = judged(child, status, options_);
     std::fclose(child.said);
@@ -112,12 +130,14 @@ std::vector<Trial> run_trials(const Scene& scene, const TrialsOptions& options,
                               const std::function<void(const Trial&)>& done) {
   Nursery nursery(scene, options);
   std::vector<Trial> trials;
-  for (std::uint32_t begun = 0; begun < options.runs || nursery.size() > 0;) {
+  for (std::uint32_t begun = 0; !stop_was_requested() && (begun < options.runs || nursery.size() > 0);) {
     if (begun < options.runs && nursery.size() < options.processes) {
       nursery.begin(options.seed + begun++);
       continue;
     }
-    trials.push_back(nursery.wait_for_one());
+    std::optional<Trial> trial = nursery.wait_for_one();
+    if (!trial) break;
+    trials.push_back(std::move(*trial));
     done(trials.back());
   }
   std::ranges::sort(trials, {}, &Trial::seed);

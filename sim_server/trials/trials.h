@@ -24,8 +24,9 @@ struct Trial {
   std::vector<std::string> reasons;  // reasons in report.json; or that it crashed, was refused or didn't end. Empty: ok
 };
 
-// In the order of their seeds. `done` is called after each run, as they end. The scene is a prepared one. Forks: the
-// calling process has one thread.
+// In the order of their seeds. `done` is called after each run, as they end. The scene is a prepared one. A stop signal
+// that the program catches ends those that still run, and leaves the trials so far. Forks: the calling process has one
+// thread.
 std::vector<Trial> run_trials(const Scene& scene, const TrialsOptions& options,
                               const std::function<void(const Trial&)>& done);
 

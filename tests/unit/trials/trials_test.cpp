@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <unistd.h>
+#include <csignal>
 #include <cstdlib>
 
 #include <filesystem>
 
 #include "common/core/error.h"
+#include "common/core/stop_signal.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/trials/write_scene.h"
@@ -46,6 +48,18 @@ TEST(Trials, every_seed_is_played_once_and_what_fails_says_why) {
   EXPECT_EQ(rate_of(trials).good, 0u);
   scene.expect.clear();
   EXPECT_EQ(rate_of(run_trials(scene, {.runs = 2}, [](const Trial&) {})).good, 2u);
+}
+
+TEST(Trials, that_are_stopped_leave_those_that_have_ended) {
+  const auto two_of_many = [] {
+    catch_stop_signals();
+    int ended = 0;
+    const auto trials = run_trials(shipped("bar_volume_falls.yaml"), {.runs = 1000, .processes = 2}, [&](const Trial&) {
+      if (++ended == 2) raise(SIGINT);
+    });
+    std::_Exit(trials.size() == 2 && rate_of(trials).good == 2 ? 0 : 1);
+  };
+  EXPECT_EXIT(two_of_many(), testing::ExitedWithCode(0), "");
 }
 
 TEST(Trials, a_run_that_is_refused_or_does_not_end_is_a_failure) {
