@@ -11,7 +11,7 @@ Arguments::Action play_command(Arguments& arguments) {
   options->network.session.clear();
   options->endless = true;
   arguments.option("INPUTS", options->play,
-                   "an earlier session: a --record of its server or of a viewer, or DIRECTORY/inputs of its --export",
+                   "an earlier session: a --record of its server or of a viewer, or the directory of its --export",
                    Need::required);
   arguments.option("--speed", options->speed, "1: as fast as it was; inputs slower when the simulation can't");
   arguments.option("--from-s", options->from_s, "simulated time at which it is shown");
@@ -21,6 +21,7 @@ Arguments::Action play_command(Arguments& arguments) {
     if (!(options->speed >= 0.01 && options->speed <= 1000))
       throw InputError("--speed: expected 0.01 to 1000, got " + std::to_string(options->speed));
     if (!(options->from_s >= 0)) throw InputError("--from-s: expected >= 0, got " + std::to_string(options->from_s));
+    options->play = journal_at(options->play);
     if (is_mcap(options->play)) return play_record(*options);
     Scene scene = recorded_scene(options->play);
     if (!options->network.session.empty()) scene.session = options->network.session;

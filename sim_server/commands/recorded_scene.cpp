@@ -1,5 +1,7 @@
 #include "sim_server/commands/recorded_scene.h"
 
+#include <filesystem>
+
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/choose_model.h"
@@ -7,6 +9,10 @@
 #include "sim_server/session/input_log.h"
 
 namespace sectio {
+
+std::string journal_at(const std::string& path) {
+  return std::filesystem::is_directory(path) ? input_log_path(path) : path;
+}
 
 Scene recorded_scene(const std::string& input_log) {
   const InputLogHeader header = InputLogReader(input_log).header();

@@ -41,13 +41,15 @@ Arguments::Action replay_command(Arguments& arguments) {
   const auto flags = std::make_shared<Flags>();
   arguments.option(
       "JOURNAL", flags->journal,
-      "journal, inputs or --record of an earlier run; inputs are simulated again, and every hash is compared",
+      "journal, inputs or --record of an earlier run, or the directory of its --export, whose inputs it takes; inputs "
+      "are simulated again, and every hash is compared",
       Need::required);
   arguments.option("--export", flags->directory, "directory for the surfaces (OBJ, at rest), of a journal");
   arguments.option("--from-s", flags->from_s,
                    "simulated time: DIRECTORY/inputs is compared from the last checkpoint before it on");
   return [flags] {
     if (!(flags->from_s >= 0)) throw InputError("--from-s: expected >= 0, got " + std::to_string(flags->from_s));
+    flags->journal = journal_at(flags->journal);
     if (is_input_log(flags->journal)) return replay_inputs(flags->journal, flags->from_s);
     if (flags->from_s > 0)
       throw InputError("--from-s: only DIRECTORY/inputs has checkpoints beside it: " + flags->journal);
