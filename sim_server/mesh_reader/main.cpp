@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "common/core/joined.h"
+#include "common/core/words.h"
 #include "sim_server/mesh_reader/labels.h"
 #include "sim_server/mesh_reader/plain_obj.h"
 #include "sim_server/scene/mesh_process.h"
@@ -33,6 +34,7 @@ namespace sectio {
 namespace {
 
 constexpr int kMaxNodeDepth = 200;
+constexpr std::size_t kMostOfError = 120;  // some of the importer's messages quote the rest of the file
 
 void limit_resource(decltype(RLIMIT_CPU) resource, std::uint64_t value) {
   const rlimit limit{static_cast<rlim_t>(value), static_cast<rlim_t>(value)};
@@ -181,7 +183,7 @@ TriangleSoup read(const std::string& path, std::uint64_t max_triangles, bool any
   const aiScene* scene = mended.empty() ? importer.ReadFile(path, kSteps)
                                         : importer.ReadFileFromMemory(mended.data(), mended.size(), kSteps, "obj");
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    throw std::runtime_error(std::string("damaged file: ") + importer.GetErrorString());
+    throw std::runtime_error("damaged file: " + shortened(importer.GetErrorString(), kMostOfError));
   }
   SoupWriter writer(max_triangles, part);
   writer.add_node(*scene, *scene->mRootNode, aiMatrix4x4(), 0);
