@@ -5,11 +5,13 @@
 #include <cstdio>
 #include <functional>
 #include <map>
+#include <set>
 #include <span>
 #include <vector>
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "common/core/joined.h"
 #include "deploy/pictures/scene_frame.h"
 #include "render_client/draw/canvas.h"
 #include "render_client/output/png.h"
@@ -78,6 +80,17 @@ void come_near(Frame& frame, double distance_m) {
   camera.eye_world_m = walls.center() + distance_m * back;
 }
 
+// A field that nothing has would be drawn as if none had been asked for.
+void check_field(const Frame& frame, const std::string& field, const std::string& scene_file) {
+  if (field.empty()) return;
+  std::set<std::string> names;
+  for (const BodyFrame& body : frame.bodies)
+    for (const ScalarField& scalars : body.scalars) names.insert(scalars.name);
+  if (names.contains(field)) return;
+  throw InputError("--show-field: no body of " + scene_file + " has a field " + field + "; there are " +
+                   (names.empty() ? "none" : joined(names)));
+}
+
 // Simulates a scene once and draws its moments, which ascend in time.
 void draw(std::span<const Moment> moments, const Options& options, const std::function<void(int, const Image&)>& done) {
   const Scene scene = prepared(load_scene(moments.front().scene_file, standard_traits()));
@@ -94,6 +107,7 @@ void draw(std::span<const Moment> moments, const Options& options, const std::fu
     DrawOptions draw{.wireframe = options.wireframe, .overlay = !options.field.empty(), .field = options.field};
     if (options.stereo) draw.stereo = Stereo{};
     Frame frame = whole_frame_of(scene, simulation);
+    check_field(frame, options.field, scene.file);
     if (options.section) draw.section = section_at_target(frame.camera);
     if (options.close_up_m > 0) come_near(frame, options.close_up_m);
     done(moment.place, FramePainter(*canvas).draw_frame(frame, draw));
@@ -121,7 +135,7 @@ int run(int argc, char** argv) {
     throw InputError("--size: expected WIDTHxHEIGHT in pixels, 16 to 8192 each, got " + options.size);
   if (options.samples != 1 && options.samples != 4)
     throw InputError("--samples: expected 1 or 4, got " + std::to_string(options.samples));
-
+  if (options.close_up_m < 0) throw InputError("--close-up: expected >= 0, got " + std::to_string(options.close_up_m));
   if (options.columns < 0) throw InputError("--columns: expected 0 or more, got " + std::to_string(options.columns));
 
   const int n = static_cast<int>(options.moments.size());

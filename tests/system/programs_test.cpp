@@ -177,6 +177,10 @@ TEST_F(Programs, wrong_flags_are_one_line_that_names_them) {
   expect_bad_input("sim_server", {"--scene", kScene, "--offline", "--export", "/proc/none"}, "/proc/none", "");
   expect_bad_input("device_bridge", {"--trace", kTrace, "--device", "wand"}, "--device", "wand");
   expect_bad_input("device_bridge", {"--trace", kTrace, "--log", "/none/log.csv"}, "/none/log.csv", "");
+  expect_bad_input("draw_scenes", {"--scene", std::string(kScene) + "@0", file("a.png"), "--show-field", "glow"},
+                   "--show-field", "there are none");
+  expect_bad_input("draw_scenes", {"--scene", std::string(kScene) + "@0", file("a.png"), "--close-up", "-1"},
+                   "--close-up", ">= 0");
   expect_bad_input("render_client", {"--size", "10"}, "--size", "WIDTHxHEIGHT");
   expect_bad_input("render_client", {"--camera-eye", "1,2"}, "--camera-eye", "x,y,z");
   expect_bad_input("render_client", {"--video", "/none/a.mp4"}, "/none/a.mp4", "");
