@@ -17,6 +17,8 @@ constexpr std::size_t kMostPoints = 500;  // points of a body that are looked fo
 constexpr double kBeneath = 0.05;         // share of a triangle's size
 constexpr double kOutlasts_s = 0.01;
 constexpr double kBelowFloor_m = 0.001;
+constexpr double kFarCamera_m = 10;  // no scene is so large
+constexpr double kLargestBox_m = 20;
 
 // All soft tissue lies within.
 constexpr double kSoftest_pa = 100, kStiffest_pa = 1e7;
@@ -128,6 +130,25 @@ void check_hold(const BodySpec& body, const Scene& scene, std::vector<std::strin
                        " parts fall: `fixed` has none of their vertices, and there is no floor");
 }
 
+// A tray may well be held as a whole; a box in millimetres holds an organ so.
+void check_fixed(const BodySpec& body, std::vector<std::string>& warnings) {
+  if (!body.fixed || body.mesh.vertices_body_m.empty()) return;
+  const double size_m = (body.fixed->max_world_m - body.fixed->min_world_m).norm();
+  const auto holds = [&](const Vec3& p) { return body.fixed->contains(p); };
+  if (size_m > kLargestBox_m && std::ranges::all_of(in_world(body), holds))
+    warnings.push_back(body.name +
+                       formatted(": `fixed` is %.4g m across and holds all of it; has it another unit?", size_m));
+}
+
+void check_camera(const Scene& scene, std::vector<std::string>& warnings) {
+  const auto far = [&](const BodySpec& body) {
+    const Box3 box = box_of(in_world(body));
+    return !box.isEmpty() && box.exteriorDistance(scene.camera.eye_world_m) > kFarCamera_m;
+  };
+  if (std::ranges::all_of(scene.bodies, far) && scene.bodies.size() == scene.world_bodies.size())
+    warnings.push_back(formatted("camera: no body is within %.4g m of it; has it another unit?", kFarCamera_m));
+}
+
 // The floor lifts what lies in it before the first picture.
 void check_floor(const BodySpec& body, const Scene& scene, std::vector<std::string>& warnings) {
   if (!scene.floor_z_m || body.mesh.vertices_body_m.empty()) return;
@@ -205,6 +226,7 @@ std::vector<std::string> scene_warnings(const Scene& scene, double duration_s) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     check_material(scene.bodies[b], warnings);
     check_hold(scene.bodies[b], scene, warnings);
+    check_fixed(scene.bodies[b], warnings);
     check_floor(scene.bodies[b], scene, warnings);
     check_regions(scene.bodies[b], warnings);
     check_plan(scene.bodies[b], warnings);
@@ -212,6 +234,7 @@ std::vector<std::string> scene_warnings(const Scene& scene, double duration_s) {
       if (reaches_into(scene.bodies[b], scene.bodies[other]) || reaches_into(scene.bodies[other], scene.bodies[b]))
         warnings.push_back(scene.bodies[other].name + " and " + scene.bodies[b].name + " overlap at the start");
   }
+  check_camera(scene, warnings);
   for (const ToolSpec& tool : scene.tools) {
     check_opening(tool, warnings);
     check_trace(tool, scene, duration_s, warnings);

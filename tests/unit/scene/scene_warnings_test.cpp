@@ -59,6 +59,17 @@ TEST(SceneWarnings, a_body_below_the_floor) {
   EXPECT_EQ(scene_warnings(scene, 2), Texts{"cube: it reaches 12 mm below the floor at z = 0.012 m"});
 }
 
+TEST(SceneWarnings, a_box_or_a_camera_in_millimetres) {
+  Scene scene = good_scene();
+  scene.bodies[0].fixed = Box{Vec3(-10, -10, -10), Vec3(110, 110, 110)};
+  EXPECT_EQ(scene_warnings(scene, 2),
+            Texts{"cube: `fixed` is 207.8 m across and holds all of it; has it another unit?"});
+  scene.bodies[0].fixed = Box{Vec3(-5, -5, -5), Vec3(5, 5, 5)};
+  EXPECT_EQ(scene_warnings(scene, 2), Texts()) << "a tray";
+  scene.camera.eye_world_m = Vec3(100, -300, 200);
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"camera: no body is within 10 m of it; has it another unit?"});
+}
+
 TEST(SceneWarnings, a_region_outside_its_body) {
   Scene scene = good_scene();
   Region& region = scene.bodies[0].regions.emplace_back();
