@@ -168,9 +168,10 @@ YAML::Node find_node(const YAML::Node& in, std::string_view key) {
                     : YAML::Node(YAML::NodeType::Undefined);
 }
 
-// Hears a document, and keeps nothing of it.
+// Hears a document, and keeps nothing of it but its beginning.
 struct Listener : YAML::EventHandler {
-  void OnDocumentStart(const YAML::Mark&) override {}
+  YAML::Mark begin;
+  void OnDocumentStart(const YAML::Mark& mark) override { begin = mark; }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
   void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
@@ -181,14 +182,14 @@ struct Listener : YAML::EventHandler {
   void OnMapEnd() override {}
 };
 
-// Up to two: yaml-cpp finds documents without end in some damaged files.
-int count_documents(const std::string& text) {
+// Up to the second one: yaml-cpp finds documents without end in some damaged files.
+void refuse_unless_one(const std::string& path, const std::string& text) {
   std::istringstream in(text);
   YAML::Parser parser(in);
   Listener listener;
-  int count = 0;
-  while (count < 2 && parser.HandleNextDocument(listener)) ++count;
-  return count;
+  if (!parser.HandleNextDocument(listener)) throw InputError(path + ": nothing in this file but comments");
+  if (parser.HandleNextDocument(listener))
+    throw InputError(place_of(path, listener.begin) + ": a second document begins; expected one");
 }
 
 // The first line that begins with a tab, and has something behind it, counted from 1; or 0.
@@ -209,9 +210,7 @@ YAML::Node document_of(const std::string& path) {
   if (file.eof()) throw InputError(path + ": the file is empty");
   if (!file || !(content << file.rdbuf())) throw InputError(path + ": can't be read: " + std::strerror(errno));
   try {
-    const int documents = count_documents(content.str());
-    if (documents != 1)
-      throw InputError(path + ": expected one document, got " + (documents == 0 ? "none" : "several"));
+    refuse_unless_one(path, content.str());
     return YAML::Load(content.str());
   } catch (const YAML::Exception& error) {
     if (const int line = line_indented_by_tab(content.str()); line > 0 && line <= error.mark.line + 1)

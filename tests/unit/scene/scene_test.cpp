@@ -368,13 +368,19 @@ TEST_F(SceneFile, text_that_is_no_scene_is_refused) {
   }
 }
 
+TEST_F(SceneFile, a_second_document_is_named_with_its_line) {
+  EXPECT_EQ(refusal("bodies:\n", "---\nbodies:\n"), "s.yaml:6: a second document begins; expected one");
+}
+
 TEST_F(SceneFile, a_file_that_is_not_there_is_not_called_empty) {
   write("empty.yaml", "");
+  write("comment.yaml", "# later\n");
   const std::string folder = folder_.string();
   for (const auto& [path, flaw] :
        std::map<std::string, std::string>{{folder + "/absent.yaml", "can't be read: No such file or directory"},
                                           {folder, "can't be read: Is a directory"},
-                                          {folder + "/empty.yaml", "the file is empty"}}) {
+                                          {folder + "/empty.yaml", "the file is empty"},
+                                          {folder + "/comment.yaml", "nothing in this file but comments"}}) {
     try {
       load_scene(path, standard_traits());
       ADD_FAILURE() << path << " was read";
