@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
 #include "common/core/error.h"
@@ -158,6 +159,8 @@ bool Arguments::parse(int argc, const char* const* argv) {
   } catch (const CLI::ExtrasError&) {
     const std::vector<std::string> unknown = parser_->app->remaining(true);
     const bool is_command = !parser_->commands.empty() && !parser_->named() && !unknown.front().starts_with('-');
+    if (std::error_code none; is_command && std::filesystem::exists(unknown.front(), none))
+      throw InputError("not expected: " + unknown.front() + ", a file without its flag (see --help)");
     const std::string meant =
         is_command ? parser_->nearest_command(unknown.front()) : parser_->nearest_flag(unknown.front());
     throw InputError((is_command ? "unknown command: " + unknown.front() : "not expected: " + joined(unknown)) +

@@ -135,6 +135,8 @@ TEST(Arguments, the_nearest_known_flag_or_command_is_named) {
   EXPECT_EQ(p.refusal({"--sceen=a"}), "not expected: --sceen=a; did you mean --scene?");
   EXPECT_EQ(p.refusal({"replai"}), "unknown command: replai; did you mean replay?");
   EXPECT_EQ(p.refusal({"liver.yaml"}), "unknown command: liver.yaml (see --help)");
+  const std::string file = SECTIO_SOURCE_DIR "/README.md";
+  EXPECT_EQ(p.refusal({file.c_str()}), "not expected: " + file + ", a file without its flag (see --help)");
 }
 
 TEST(Arguments, a_flag_that_may_be_repeated_leaves_the_words_behind_its_own_alone) {
