@@ -102,7 +102,7 @@ std::string YamlValue::name() const {
   const std::string name = text();
   const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; };
   if (name.size() > 64 || !std::all_of(name.begin(), name.end(), allowed) || name.front() == '.')
-    fail("expected a name of at most 64 letters, digits, _, - and ., got " + name.substr(0, 64));
+    fail("expected a name of at most 64 letters without accents, digits, _, - and ., got " + shortened(name, 64));
   return name;
 }
 

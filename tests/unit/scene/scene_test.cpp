@@ -335,6 +335,9 @@ TEST_F(SceneFile, lists_and_names) {
   EXPECT_EQ(refusal(bodies, "bodies: [cube]\n"), "s.yaml:6: bodies[0]: expected keys with values, got cube");
   EXPECT_EQ(refusal("name: hook", "name: knife"), "s.yaml:18: tools[1]: the name knife is used twice");
   EXPECT_EQ(refusal("session: test", "session: a/b").substr(0, 18), "s.yaml:1: session:");
+  EXPECT_EQ(
+      refusal("name: cube", "name: Säule"),
+      "s.yaml:7: bodies[0].name: expected a name of at most 64 letters without accents, digits, _, - and ., got Säule");
   EXPECT_EQ(refusal("session: test", "session: \"\""), "s.yaml:1: session: expected a text, got \"\"");
 }
 
