@@ -1,23 +1,9 @@
-// Bodies, tissues and strokes that no shipped scene has, drawn from seeds and played by the server from files, as a
-// stranger's would be. SECTIO_FRESH_BODIES: how many for each test; SECTIO_FRESH_SEED: the first one's seed.
-#include <gtest/gtest.h>
-
-#include <array>
+// Organs, tissues and strokes that no shipped scene has.
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
-#include <random>
 #include <sstream>
-#include <string>
-#include <vector>
 
-#include "common/math/trace.h"
-#include "tests/support/environment.h"
-#include "tests/support/process.h"
-#include "tests/support/random.h"
-#include "tests/support/shapes.h"
+#include "tests/robustness/fresh_scenes.h"
 
 namespace sectio::test {
 namespace {
@@ -26,19 +12,6 @@ constexpr double kAbove_m = 0.012, kDown_s = 0.3;
 constexpr int kPointsAStroke = 120;
 using Vec2 = Eigen::Vector2d;
 constexpr double kTurn = 2 * std::numbers::pi;
-
-class Numbers {
- public:
-  explicit Numbers(std::uint64_t seed) : random_(seed) {}
-  double between(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random_); }
-  template <class T, std::size_t N>
-  T one_of(const std::array<T, N>& all) {
-    return all[std::uniform_int_distribution<std::size_t>(0, N - 1)(random_)];
-  }
-
- private:
-  test::Random64 random_;
-};
 
 // |x/a|^e + |y/b|^e + |z/c|^e = 1, from a ball (e = 2) to nearly a box, with three waves over it.
 class Lump {
@@ -214,16 +187,8 @@ std::string make_scene(std::uint64_t seed, Tissue tissue, const std::string& dir
   expect += ", cut_m: " + std::to_string(0.9 * sum_m - near_m - 0.002) + " to " +
             std::to_string(1.25 * sum_m + near_m + 0.003);
 
-  std::filesystem::create_directories(directory);
-  std::ofstream mesh(directory + "/body.obj"), hand(directory + "/hand.csv"), scene(directory + "/scene.yaml");
-  for (const Vec3& x : soup.vertices_body_m) mesh << "v " << x.x() << " " << x.y() << " " << x.z() << "\n";
-  for (const auto& t : soup.triangles) mesh << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
-  hand << trace_columns() << "\n";
-  for (const TracePoint& point : trace) {
-    std::string row;
-    append_trace_point(row, point);
-    hand << row << "\n";
-  }
+  leave_files(directory, soup, trace);
+  std::ofstream scene(directory + "/scene.yaml");
   const std::string deforms = model(tissue, tetrahedra, whole, numbers);
   scene << "session: fresh_" << seed << "\nstep_s: auto\nduration_s: " << trace.back().time_s + 0.8 << "\nexpect: {"
         << expect << R"(}
@@ -245,31 +210,18 @@ tools:
   return words.str();
 }
 
-void play(Tissue tissue) {
-  const std::uint64_t first = number_from("SECTIO_FRESH_SEED", 1), count = number_from("SECTIO_FRESH_BODIES", 4);
-  std::uint64_t good = 0;
-  for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    const std::string directory = testing::TempDir() + "sectio_fresh_" + name + "_" + std::to_string(seed);
-    const std::string what = make_scene(seed, tissue, directory);
-    Process server(SECTIO_BIN_DIR "/sim_server",
-                   {"--scene", directory + "/scene.yaml", "--offline", "--log-level", "warning"});
-    const auto code = server.exit_code(std::chrono::seconds(300));
-    good += code == 0;
-    EXPECT_EQ(code, 0) << directory << ": " << what << "\n" << server.output().substr(0, 400);
-    if (code == 0) std::filesystem::remove_all(directory);
-  }
-  std::printf("%lu of %lu\n", static_cast<unsigned long>(good), static_cast<unsigned long>(count));
+void play_bodies(Tissue tissue) {
+  play([&](std::uint64_t seed, const std::string& directory) { return make_scene(seed, tissue, directory); });
 }
 
 TEST(FreshBodies, are_cut_as_their_strokes_say) {
-  play(Tissue::skin);
+  play_bodies(Tissue::skin);
 }
 TEST(FreshBodies, are_cut_by_templates) {
-  play(Tissue::skin_by_templates);
+  play_bodies(Tissue::skin_by_templates);
 }
 TEST(FreshBodies, are_cut_through_their_volume) {
-  play(Tissue::volume);
+  play_bodies(Tissue::volume);
 }
 
 }  // namespace

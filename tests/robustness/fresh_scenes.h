@@ -1,0 +1,70 @@
+// Scenes that are drawn from seeds, left as files, and played by the server as a stranger's would be.
+// SECTIO_FRESH_BODIES: how many for each test; SECTIO_FRESH_SEED: the first one's seed.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "common/math/trace.h"
+#include "tests/support/environment.h"
+#include "tests/support/process.h"
+#include "tests/support/random.h"
+#include "tests/support/shapes.h"
+
+namespace sectio::test {
+
+class Numbers {
+ public:
+  explicit Numbers(std::uint64_t seed) : random_(seed) {}
+  double between(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random_); }
+  template <class T, std::size_t N>
+  T one_of(const std::array<T, N>& all) {
+    return all[std::uniform_int_distribution<std::size_t>(0, N - 1)(random_)];
+  }
+
+ private:
+  Random64 random_;
+};
+
+// body.obj and hand.csv, which scene.yaml of the same directory names.
+inline void leave_files(const std::string& directory, const TriangleSoup& soup, std::span<const TracePoint> trace) {
+  std::filesystem::create_directories(directory);
+  std::ofstream mesh(directory + "/body.obj"), hand(directory + "/hand.csv");
+  for (const Vec3& x : soup.vertices_body_m) mesh << "v " << x.x() << " " << x.y() << " " << x.z() << "\n";
+  for (const auto& t : soup.triangles) mesh << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
+  hand << trace_columns() << "\n";
+  for (const TracePoint& point : trace) {
+    std::string row;
+    append_trace_point(row, point);
+    hand << row << "\n";
+  }
+}
+
+// make_scene() leaves a scene of that seed in the directory, and returns a line for a person.
+using MakeScene = std::function<std::string(std::uint64_t seed, const std::string& directory)>;
+inline void play(const MakeScene& make_scene, std::uint64_t bodies = 4) {
+  const std::uint64_t first = number_from("SECTIO_FRESH_SEED", 1), count = number_from("SECTIO_FRESH_BODIES", bodies);
+  std::uint64_t good = 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+    const std::string directory = testing::TempDir() + "sectio_fresh_" + name + "_" + std::to_string(seed);
+    const std::string drawn = make_scene(seed, directory);
+    Process server(SECTIO_BIN_DIR "/sim_server",
+                   {"--scene", directory + "/scene.yaml", "--offline", "--log-level", "warning"});
+    const auto code = server.exit_code(std::chrono::seconds(300));
+    good += code == 0;
+    EXPECT_EQ(code, 0) << directory << ": " << drawn << "\n" << server.output().substr(0, 400);
+    if (code == 0) std::filesystem::remove_all(directory);
+  }
+  std::printf("%lu of %lu\n", static_cast<unsigned long>(good), static_cast<unsigned long>(count));
+}
+
+}  // namespace sectio::test
