@@ -14,11 +14,20 @@ constexpr double kAlongWall = 0.5;  // least cosine between the normals of a wal
 constexpr double kWidestGroove_m = 0.005;  // distance from a blade to the walls on both its sides
 constexpr double kCosSharp = 0.5;          // the edge faces the surface within 60 degrees
 
+constexpr std::array<std::size_t, 2> kEdgeCorners{0, 2}, kShaftCorners{0, 1};  // A and C, A and B
+
 bool sharp_edge_touches(const Body& body, const InstrumentEdge& edge, const PressPoint::OnTool& at) {
-  constexpr std::array<std::size_t, 2> kEdgeCorners{0, 2};  // A and C
   if (!body.cut_traits.edge_cuts_anywhere || at.at_tip || at.corners != kEdgeCorners) return false;
   const double along_m = at.along * (edge.shape().c_tool_m - edge.shape().a_tool_m).norm();
   return along_m <= edge.length_m();  // blunt beyond
+}
+
+// Tissue that the shaft presses, behind a sharp edge that leads, has that edge in it.
+bool shaft_presses_behind_edge(const Body& body, const InstrumentEdge& edge, const PressPoint::OnTool& at) {
+  const InstrumentShape& shape = edge.shape();
+  if (!body.cut_traits.edge_cuts_anywhere || at.at_tip || at.corners != kShaftCorners) return false;
+  if (!shape.sharp_side_tool || (shape.c_tool_m - shape.a_tool_m).dot(*shape.sharp_side_tool) <= 0) return false;
+  return at.along * (shape.b_tool_m - shape.a_tool_m).norm() <= edge.length_m();
 }
 
 // Unit, across the flat of the blade.
@@ -54,7 +63,8 @@ bool is_at_wall(Body& body, const InstrumentEdge& edge, const Vec3& at) {
 }  // namespace
 
 bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint& press, const Vec3& normal_world) {
-  if (!sharp_edge_touches(body, edge, press.on_tool())) return false;
+  const PressPoint::OnTool& at = press.on_tool();
+  if (!sharp_edge_touches(body, edge, at) && !shaft_presses_behind_edge(body, edge, at)) return false;
   const std::optional<Vec3> sharp_side = edge.sharp_side_world();
   if (!sharp_side) return true;
   if (!body.cut_traits.cuts_inside && is_at_wall(body, edge, press.tool_point_world_m(edge))) return false;
