@@ -1,16 +1,6 @@
 #include "sim_server/deformation/divided_constraints.h"
 
 namespace sectio {
-namespace {
-
-Vec3 at_point(const ConstraintSupports& supports, std::size_t constraint, std::span<const Vec4f> position_world_m) {
-  Vec3 point = Vec3::Zero();
-  for (const auto& [particle, weight] : supports.of(constraint))
-    point += weight * position_world_m[particle].head<3>().cast<double>();
-  return point;
-}
-
-}  // namespace
 
 void DividedConstraints::begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m,
                                int substeps) {
@@ -29,7 +19,7 @@ void DividedConstraints::begin(std::span<const PointConstraint> constraints, con
   substeps_ = substeps;
   for (std::size_t n = 0; n < constraints_.size(); ++n) {
     const PointConstraint& c = constraints_[n];
-    const Vec3 point = at_point(supports_, n, position_world_m);
+    const Vec3 point = carried(supports_.of(n), position_world_m);
     end_[n] = c.target_world_m;
     // A unilateral constraint that holds at the start has its plane at the target all along; so does one with a spring
     // in series, in which the point lies beyond the target.
@@ -50,7 +40,7 @@ void DividedConstraints::project_substep(int substep, double substep_s, std::spa
     mean_[n].active = mean_[n].active || substep_reactions_[n].active;
     mean_[n].work_j += substep_reactions_[n].work_j;
     if (constraints_[n].sticks && substep_reactions_[n].force_on_tool_n.isZero(0))
-      stick_where_it_lands(n, at_point(supports_, n, position_world_m));
+      stick_where_it_lands(n, carried(supports_.of(n), position_world_m));
   }
 }
 

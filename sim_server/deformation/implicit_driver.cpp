@@ -10,10 +10,8 @@ void ImplicitDriver::step(ElasticEnergy& energy, const Motion& motion, const Par
                           std::span<Reaction> reactions, const Smoother& smoother) {
   start_position_.assign(particles.position_world_m.begin(), particles.position_world_m.end());
   start_velocity_.assign(particles.velocity_m_per_s.begin(), particles.velocity_m_per_s.end());
-  from_.assign(constraints.size(), Vec3::Zero());
-  for (std::size_t n = 0; n < constraints.size(); ++n)
-    for (const auto& [particle, weight] : supports.of(n))
-      from_[n] += weight * start_position_[particle].head<3>().cast<double>();
+  from_.resize(constraints.size());
+  for (std::size_t n = 0; n < constraints.size(); ++n) from_[n] = carried(supports.of(n), start_position_);
   products_ = iterations_ = 0;
   look_back(motion.step_s);
   const std::vector<NewtonStep::Borne> borne = newton_.borne();

@@ -255,9 +255,7 @@ void NewtonStep::multiply(const ElasticEnergy& energy, const Problem& problem) {
   for (std::size_t i = 0; i < p_.size(); ++i) ap_[i] = inertia_n_per_m_[i] * p_[i];
   energy.add_product(p_, ap_);
   for (std::size_t n = 0; n < held_.size(); ++n) {
-    Vec3 moved = Vec3::Zero();
-    for (const auto& [particle, weight] : problem.supports->of(n))
-      moved += weight * p_[particle].head<3>().cast<double>();
+    const Vec3 moved = carried(problem.supports->of(n), p_);
     const Vec3 force = held_[n].slope_n_per_m * moved;
     for (const auto& [particle, weight] : problem.supports->of(n))
       ap_[particle].head<3>() += (weight * force).cast<float>();
@@ -373,9 +371,7 @@ void NewtonStep::finish(const Problem& problem, double step_s, std::span<const V
   SECTIO_ASSERT(reactions.size() == held_.size(), "one reaction a constraint");
   borne_.clear();
   for (std::size_t n = 0; n < held_.size(); ++n) {
-    Vec3 velocity = Vec3::Zero();
-    for (const auto& [particle, weight] : problem.supports->of(n))
-      velocity += weight * velocity_m_per_s[particle].head<3>().cast<double>();
+    const Vec3 velocity = carried(problem.supports->of(n), velocity_m_per_s);
     if (held_[n].stiffness_n_per_m == 0) {
       reactions[n] = reaction_of_wall(problem.constraints[n], at(problem, n, problem.inertial_world_m));
       continue;

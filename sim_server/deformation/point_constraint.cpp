@@ -28,12 +28,6 @@ Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_m
   return -(total - given) * c.normal;
 }
 
-inline Vec3 carried(std::span<const ConstraintSupports::Share> by, std::span<const Vec4f> what) {
-  Vec3 sum = Vec3::Zero();
-  for (const auto& [particle, weight] : by) sum += weight * what[particle].head<3>().cast<double>();
-  return sum;
-}
-
 double depth_of(const PointConstraint& c, const Vec3& point) {
   return (point - c.target_world_m).dot(c.normal);
 }

@@ -95,6 +95,12 @@ class ConstraintSupports {
   std::vector<Share> shares_;
   std::vector<std::size_t> first_{0};
 };
+// The place of a constraint's point, or its velocity, from those of the particles.
+inline Vec3 carried(std::span<const ConstraintSupports::Share> by, std::span<const Vec4f> of_particles) {
+  Vec3 sum = Vec3::Zero();
+  for (const auto& [particle, weight] : by) sum += weight * of_particles[particle].head<3>().cast<double>();
+  return sum;
+}
 void corners_of(std::span<const PointConstraint> constraints, ConstraintSupports& supports);
 
 // Projected Gauss-Seidel over the constraints in their order; one inverse mass a particle, 0 for a fixed one. Writes
