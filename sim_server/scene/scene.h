@@ -124,6 +124,9 @@ struct BodySpec {
   Regions regions;  // regions inside the body, in the frame of the mesh
   BodySurface surface = BodySurface::tissue;
   std::vector<TissueLayer> layers;  // in walls, from the skin down
+
+  // Whether `fixed` holds a vertex that is there at rest.
+  bool holds(const Vec3& rest_body_m) const { return fixed && fixed->contains(pose.to_world(rest_body_m)); }
 };
 
 struct ToolSpec {

@@ -102,7 +102,7 @@ std::vector<Piece> pieces_of(const BodySpec& body) {
     for (const std::uint32_t v : cell) {
       Piece& piece = pieces[together.root(v)];
       piece.box.extend(at[v]);
-      piece.held = piece.held || (body.fixed && body.fixed->contains(body.pose.to_world(at[v])));
+      piece.held = piece.held || body.holds(at[v]);
     }
   });
   std::vector<Piece> all;

@@ -123,7 +123,7 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
     std::size_t corners_outside = 0;
     for (const Triangle& t : of_piece)
       for (const VertexId v : t.v) {
-        piece.held_in_place |= spec.fixed && spec.fixed->contains(spec.pose.to_world(mesh.rest_body_m(v)));
+        piece.held_in_place |= spec.holds(mesh.rest_body_m(v));
         corners_outside += in_or_at.contains(positions_world_m[v].cast<double>()) ? 0 : 1;
       }
     piece.in_bin = static_cast<double>(corners_outside) <= kOverhangs * 3 * static_cast<double>(of_piece.size());

@@ -35,10 +35,9 @@ std::vector<Part> parts_of(const BodySpec& spec, const TriangleMesh& mesh, Posit
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
     if (component[t] == kNone) continue;
     for (const VertexId v : mesh.triangle(t).v) {
-      const Vec3 at_rest_world_m = spec.pose.to_world(mesh.rest_body_m(v));
-      const Vec3 moved_m = positions_world_m[v].cast<double>() - at_rest_world_m;
+      const Vec3 moved_m = positions_world_m[v].cast<double>() - spec.pose.to_world(mesh.rest_body_m(v));
       Part& part = parts[component[t]];
-      part.is_held |= spec.fixed && spec.fixed->contains(at_rest_world_m);
+      part.is_held |= spec.holds(mesh.rest_body_m(v));
       part.furthest_m = std::max(part.furthest_m, moved_m.norm());
       way_m[component[t]] += moved_m;
       ++corners[component[t]];
