@@ -14,20 +14,23 @@ constexpr double kAlongWall = 0.5;  // least cosine between the normals of a wal
 constexpr double kWidestGroove_m = 0.005;  // distance from a blade to the walls on both its sides
 constexpr double kCosSharp = 0.5;          // the edge faces the surface within 60 degrees
 
-constexpr std::array<std::size_t, 2> kEdgeCorners{0, 2}, kShaftCorners{0, 1};  // A and C, A and B
+// Whether the line from A to another corner touches, where the edge along it, or ahead of it, is sharp.
+bool line_touches(const Body& body, const InstrumentEdge& edge, const PressPoint::OnTool& at, std::size_t corner,
+                  const Vec3& corner_tool_m) {
+  if (!body.cut_traits.edge_cuts_anywhere || at.at_tip || at.corners != std::array<std::size_t, 2>{0, corner})
+    return false;
+  return at.along * (corner_tool_m - edge.shape().a_tool_m).norm() <= edge.length_m();  // blunt beyond
+}
 
 bool sharp_edge_touches(const Body& body, const InstrumentEdge& edge, const PressPoint::OnTool& at) {
-  if (!body.cut_traits.edge_cuts_anywhere || at.at_tip || at.corners != kEdgeCorners) return false;
-  const double along_m = at.along * (edge.shape().c_tool_m - edge.shape().a_tool_m).norm();
-  return along_m <= edge.length_m();  // blunt beyond
+  return line_touches(body, edge, at, 2, edge.shape().c_tool_m);
 }
 
 // Tissue that the shaft presses, behind a sharp edge that leads, has that edge in it.
 bool shaft_presses_behind_edge(const Body& body, const InstrumentEdge& edge, const PressPoint::OnTool& at) {
   const InstrumentShape& shape = edge.shape();
-  if (!body.cut_traits.edge_cuts_anywhere || at.at_tip || at.corners != kShaftCorners) return false;
   if (!shape.sharp_side_tool || (shape.c_tool_m - shape.a_tool_m).dot(*shape.sharp_side_tool) <= 0) return false;
-  return at.along * (shape.b_tool_m - shape.a_tool_m).norm() <= edge.length_m();
+  return line_touches(body, edge, at, 1, shape.b_tool_m);
 }
 
 // Unit, across the flat of the blade.
