@@ -18,6 +18,7 @@
 #include "sim_server/scene/mesh_mend.h"
 #include "sim_server/scene/mesh_process.h"
 #include "sim_server/scene/tissues.h"
+#include "sim_server/session/run_files.h"
 #include "sim_server/wrap/fit_ellipsoids.h"
 
 namespace sectio {
@@ -130,9 +131,7 @@ int make_organ(const OrganFlags& flags) {
   const Box3 box = box_of(organ.soup);
   for (Vec3& p : organ.soup.vertices_body_m) p -= box.center();
   const std::string regions = as_regions(flags, unit_m, box.center());
-  std::error_code error;
-  fs::create_directories(flags.out, error);
-  if (error) throw InputError(flags.out + ": can't be made: " + error.message());
+  make_directory(flags.out);
   const fs::path folder(flags.out);
   write_file((folder / "organ.obj").string(), obj_text(organ.soup, "unit: m"));
   write_file((folder / "scene.yaml").string(), as_scene(box.sizes(), flags.tissue, regions));

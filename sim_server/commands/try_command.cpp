@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
@@ -8,6 +7,7 @@
 #include "sim_server/commands/commands.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
+#include "sim_server/session/run_files.h"
 #include "sim_server/session/verdict.h"
 #include "sim_server/trials/trials.h"
 #include "sim_server/trials/write_scene.h"
@@ -49,11 +49,12 @@ std::string reasons_of(const Trial& trial) {
   return text;
 }
 
-void make_directory(const std::string& path) {
-  if (path.empty()) return;
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw InputError("--failures: " + path + ": can't be made: " + error.message());
+void make_failures(const std::string& directory) {
+  try {
+    if (!directory.empty()) make_directory(directory);
+  } catch (const InputError& error) {
+    throw InputError(std::string("--failures: ") + error.what());
+  }
 }
 
 // Whether it is there, where one is asked for: a full disk ends no run.
@@ -79,7 +80,7 @@ int try_scene(Flags flags) {
                      ", so every run would be the same: give a tool a `trace`, or play the scene once with --scene " +
                      flags.scene + " --offline");
   scene = prepared(std::move(scene));
-  make_directory(flags.failures);
+  make_failures(flags.failures);
   if (scene.expect.empty()) log_warning(flags.scene + ": says nothing under expect:, so a run that ends well is ok");
   catch_stop_signals();
   std::uint32_t ended = 0, good = 0;
