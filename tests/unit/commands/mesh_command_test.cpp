@@ -1,21 +1,15 @@
-#include "sim_server/commands/commands.h"
-
 #include <gtest/gtest.h>
 
 #include "common/core/error.h"
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/meshing/tet_file.h"
+#include "tests/unit/commands/run_command.h"
 
 namespace sectio::commands_test {
 namespace {
 
-int run(std::vector<std::string> words) {
-  words.insert(words.begin(), "mesh");
-  Arguments arguments("mesh", "");
-  const Arguments::Action action = mesh_command(arguments);
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  return arguments.run(static_cast<int>(argv.size()), argv.data(), action);
+int run(const std::vector<std::string>& words) {
+  return run_command("mesh", mesh_command, words);
 }
 
 const std::string kLiver = SECTIO_SOURCE_DIR "/deploy/meshes/liver_2k.obj";

@@ -9,11 +9,11 @@
 
 #include "common/core/error.h"
 #include "common/mesh/check.h"
-#include "sim_server/commands/commands.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
 #include "tests/support/shapes.h"
+#include "tests/unit/commands/run_command.h"
 
 namespace sectio::commands_test {
 namespace {
@@ -28,13 +28,8 @@ class OrganCommand : public testing::Test {
   ~OrganCommand() override { fs::remove_all(folder_); }
 
   int run(std::vector<std::string> words) const {
-    words.insert(words.begin(), "organ");
     words.insert(words.end(), {"--out", (folder_ / "out").string()});
-    Arguments arguments("organ", "");
-    const Arguments::Action action = organ_command(arguments);
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    return arguments.run(static_cast<int>(argv.size()), argv.data(), action);
+    return run_command("organ", organ_command, std::move(words));
   }
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;

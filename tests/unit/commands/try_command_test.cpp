@@ -5,8 +5,8 @@
 #include <fstream>
 
 #include "common/core/error.h"
-#include "sim_server/commands/commands.h"
 #include "sim_server/scene/yaml_value.h"
+#include "tests/unit/commands/run_command.h"
 
 namespace sectio::commands_test {
 namespace {
@@ -15,13 +15,8 @@ namespace fs = std::filesystem;
 
 const std::string kTriedScenes = SECTIO_SOURCE_DIR "/deploy/scenes/";
 
-int run_try(std::vector<std::string> words) {
-  words.insert(words.begin(), "try");
-  Arguments arguments("try", "");
-  const Arguments::Action action = try_command(arguments);
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  return arguments.run(static_cast<int>(argv.size()), argv.data(), action);
+int run_try(const std::vector<std::string>& words) {
+  return run_command("try", try_command, words);
 }
 
 std::string refusal_of_try(const std::vector<std::string>& words) {
