@@ -18,15 +18,11 @@ std::vector<TracePoint> stroke(const Vec3& through_m, double heading_rad, double
   const Vec3 ahead(-std::sin(heading_rad), std::cos(heading_rad), 0),
       along(std::cos(heading_rad), std::sin(heading_rad), 0);
   const Vec3 shaft = std::sin(lean_rad) * along + std::cos(lean_rad) * Vec3::UnitZ();
-  const Vec3 aside = shaft.cross(ahead);
-  Mat3 axes;
-  axes << aside.cross(shaft), aside, shaft;
-  const Eigen::Quaterniond turned(axes);
   const Vec3 tip = through_m - below_m / std::cos(lean_rad) * shaft;
   std::vector<TracePoint> trace;
   for (int k = 0; k <= kPoints; ++k) {
     const double way_m = 2 * reach_m * k / kPoints;
-    trace.push_back({0.2 + way_m / speed_m_per_s, Pose{tip + (way_m - reach_m) * ahead, turned}, 0});
+    trace.push_back({0.2 + way_m / speed_m_per_s, held(tip + (way_m - reach_m) * ahead, shaft, ahead), 0});
   }
   return trace;
 }

@@ -70,10 +70,8 @@ double add_stroke(std::vector<TracePoint>& trace, const Lump& lump, const Way& w
     const Vec2 on = way[std::min(k + 1, way.size() - 1)] - way[k > 0 ? k - 1 : 0];
     Vec3 ahead(on.x(), on.y(), 0);
     ahead = (ahead - ahead.dot(up) * up).normalized();
-    const Vec3 shaft = (up + lean * up.cross(ahead)).normalized(), aside = shaft.cross(ahead).normalized();
-    Eigen::Matrix3d axes;
-    axes << aside.cross(shaft), aside, shaft;
-    return Pose{lump.top_m(way[k]) + above_m * up, Eigen::Quaterniond(axes)};
+    const Vec3 shaft = (up + lean * up.cross(ahead)).normalized();
+    return held(lump.top_m(way[k]) + above_m * up, shaft, ahead);
   };
   double time_s = trace.empty() ? 0.1 : trace.back().time_s + 0.1, length_m = 0;
   const std::size_t last = way.size() - 1;

@@ -10,10 +10,12 @@
 #include <fstream>
 #include <functional>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "common/math/trace.h"
+#include "common/mesh/obj_text.h"
 #include "tests/support/environment.h"
 #include "tests/support/process.h"
 #include "tests/support/random.h"
@@ -34,12 +36,19 @@ class Numbers {
   Random64 random_;
 };
 
+// An instrument that is held by its shaft, and goes ahead.
+inline Pose held(const Vec3& tip_m, const Vec3& shaft, const Vec3& ahead) {
+  const Vec3 aside = shaft.cross(ahead).normalized();
+  Mat3 axes;
+  axes << aside.cross(shaft), aside, shaft;
+  return {tip_m, Eigen::Quaterniond(axes)};
+}
+
 // body.obj and hand.csv, which scene.yaml of the same directory names.
 inline void leave_files(const std::string& directory, const TriangleSoup& soup, std::span<const TracePoint> trace) {
   std::filesystem::create_directories(directory);
   std::ofstream mesh(directory + "/body.obj"), hand(directory + "/hand.csv");
-  for (const Vec3& x : soup.vertices_body_m) mesh << "v " << x.x() << " " << x.y() << " " << x.z() << "\n";
-  for (const auto& t : soup.triangles) mesh << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
+  mesh << obj_text(soup, "unit: m");
   hand << trace_columns() << "\n";
   for (const TracePoint& point : trace) {
     std::string row;
