@@ -11,6 +11,7 @@ constexpr double kFarthestBack_m = 0.03;  // a blade that breaks in sideways is 
 constexpr double kBackStep_m = 0.00025;
 constexpr double kClear_m = 0.002;  // further back: at rest the body's side is nearer than where it is pressed in
 constexpr double kAlongWall = 0.5;  // least cosine between the normals of a wall and of a blade that lie side by side
+constexpr double kPastSlit_m = 0.0003;     // an edge so far beyond the end of its slit has broken in
 constexpr double kWidestGroove_m = 0.005;  // distance from a blade to the walls on both its sides
 constexpr double kCosSharp = 0.5;          // the edge faces the surface within 60 degrees
 
@@ -63,6 +64,32 @@ bool is_at_wall(Body& body, const InstrumentEdge& edge, const Vec3& at) {
          std::ranges::any_of(body.tree().hits(body.view(), at - near_m * aside, at + near_m * aside), is_beside);
 }
 
+struct UncutPart {
+  SurfaceHit entered;
+  Vec3 middle_world_m;
+};
+
+// The first part of a line along the edge, from its tip on, that is in tissue which no cut has opened.
+std::optional<UncutPart> uncut_part(Body& body, const InstrumentEdge& edge, const Vec3& tip) {
+  const Vec3 along = edge.along_world_m();
+  const std::vector<SurfaceHit> hits = body.tree().hits(body.view(), tip, tip + along);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const double from = hits[i].entering ? hits[i].parameter : 0;
+    const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
+    if ((!hits[i].entering && i > 0) || (to - from) * along.norm() < kLeastInside_m) continue;
+    const Vec3 middle = tip + 0.5 * (from + to) * along;
+    if (!body.cut_traits.cuts_inside && (!body.tree().inside(body.view(), middle) || is_at_wall(body, edge, middle)))
+      continue;  // walls that hang into each other are entered and never left
+    Blade part;
+    part.tip_world_m = tip + from * along;
+    part.up_world = along.normalized();
+    part.length_m = (to - from) * along.norm();
+    const VertexId near = body.mesh.triangle(hits[i].triangle).v[0];
+    if (body.engines.cutting->uncut_m(body.shared(), part, near) > kLeastInside_m) return UncutPart{hits[i], middle};
+  }
+  return {};
+}
+
 }  // namespace
 
 bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint& press, const Vec3& normal_world) {
@@ -101,33 +128,25 @@ bool tip_will_be_in_groove(const Body& body, const InstrumentEdge& edge, const P
 }
 
 std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge, const Vec3& tip) {
-  const Vec3 along = edge.along_world_m();
-  const std::vector<SurfaceHit> hits = body.tree().hits(body.view(), tip, tip + along);
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const double from = hits[i].entering ? hits[i].parameter : 0;
-    const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
-    if ((!hits[i].entering && i > 0) || (to - from) * along.norm() < kLeastInside_m) continue;
-    const Vec3 middle = tip + 0.5 * (from + to) * along;
-    if (!body.cut_traits.cuts_inside && (!body.tree().inside(body.view(), middle) || is_at_wall(body, edge, middle)))
-      continue;  // walls that hang into each other are entered and never left
-    Blade part;
-    part.tip_world_m = tip + from * along;
-    part.up_world = along.normalized();
-    part.length_m = (to - from) * along.norm();
-    const VertexId near = body.mesh.triangle(hits[i].triangle).v[0];
-    if (body.engines.cutting->uncut_m(body.shared(), part, near) > kLeastInside_m) return hits[i];
-  }
-  return {};
+  const auto part = uncut_part(body, edge, tip);
+  return part ? std::optional(part->entered) : std::nullopt;
 }
 
 // Surface that springs round an edge, or over a rim, leaves nothing that could press it: the blade would pass through
-// uncut tissue. In a slit, whose lips may have closed in on the blade, there is nothing to break in to.
+// uncut tissue. In a slit, whose lips may have closed in on the blade, there is nothing to break in to; at its end the
+// edge is in, however little.
 std::optional<SurfaceHit> sharp_edge_deep_inside(Body& body, const InstrumentEdge& edge, const JointPose& before) {
   const std::optional<Vec3> sharp_side = edge.sharp_side_world();
   if (!sharp_side) return {};
   const Vec3 tip = edge.tip_world_m();
   if (sharp_side->dot(tip - before.to_world(edge.shape().edge_tip_tool_m)) < kNoTravel_m) return {};
-  return uncut_tissue_at(body, edge, tip - kDeepEdge_m * *sharp_side);
+  const Vec3 behind = kDeepEdge_m * *sharp_side;
+  if (const auto deep = uncut_tissue_at(body, edge, tip - behind)) return deep;
+  if (!body.cut_traits.cuts_inside) return {};
+  const auto part = uncut_part(body, edge, tip - kPastSlit_m * *sharp_side);
+  if (!part || !is_between_walls(body, edge, part->middle_world_m - behind, body.cut_traits.join_tolerance_m))
+    return {};
+  return part->entered;
 }
 
 std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const Blade& inside,

@@ -53,7 +53,7 @@ int run(int argc, char** argv) {
   std::vector<std::string> strokes;
   Arguments arguments("blade_tables", "Prints the work of a hand with a blade over toughness times new area.");
   arguments.option("--only", only, "tissues whose names contain this; all when not given");
-  arguments.option("--stroke", strokes, "slide, plunge or through; all when not given");
+  arguments.option("--stroke", strokes, "slide, plunge, through or put back; all when not given");
   arguments.toggle("--legs", legs, "a line for each leg, too");
   if (!arguments.parse(argc, argv)) return 0;
   std::puts("tissue                      stroke    mm/s  due mJ  cut/due  free/due  most  booked/done  ripple  mean");
@@ -63,8 +63,8 @@ int run(int argc, char** argv) {
     for (const double speed : {0.001, 0.01, 0.1, 0.5}) {
       const bool slow = speed < 0.005, is_whole = tissue.model != "surface_springs";
       for (const BladeStroke& stroke : {slow ? slide_and_return(0.004, 0.012) : slide_and_return(0.008, 0.03),
-                                        plunge(slow ? 0.006 : 0.012), right_through()}) {
-        if (stroke.name == "through" && (slow || !is_whole)) continue;  // it takes long; a surface has no inside
+                                        plunge(slow ? 0.006 : 0.012), right_through(), put_back()}) {
+        if (stroke.tool == "knife" && (slow || !is_whole)) continue;  // it takes long; a surface has no inside
         if (strokes.empty() || std::ranges::find(strokes, stroke.name) != strokes.end())
           print(tissue, stroke, speed, legs);
       }

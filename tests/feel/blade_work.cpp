@@ -116,6 +116,21 @@ BladeStroke right_through() {
           {{"through", along, 0.06 * kBlockTop_m, true, 2 * kAside_m + kEnds_m}}};
 }
 
+BladeStroke put_back() {
+  const double half_m = 0.03, back_m = 0.006, beside_m = 0.0003;
+  const Vec3 in(half_m + 2 * kAside_m, 0, 0), up(0, 0, kBlockTop_m + 2 * kAside_m);
+  const double half_m2 = half_m * kBlockTop_m;
+  return {"put back",
+          "knife",
+          knife(),
+          right_through().from_m,
+          {{"in", in, half_m2},
+           {"out", up},
+           {"back", Vec3(-back_m, beside_m, 0)},
+           {"down", -up},
+           {"on", in + Vec3(back_m, 0, 0), half_m2, true, back_m + 2 * kAside_m}}};
+}
+
 Vec3 edge_of_knife() {
   return (knife().c_tool_m - knife().a_tool_m).normalized();
 }

@@ -42,6 +42,8 @@ constexpr double kToughness_j_per_m2 = BladeTissue{}.toughness_j_per_m2;
 BladeStroke slide_and_return(double deep_m, double long_m);  // down, along, back and forth in the slit, out, in, out
 BladeStroke plunge(double deep_m);                           // down, and out
 BladeStroke right_through();                                 // a long edge, from side to side
+// The same edge goes half through, out, down again in its slit, and on through the other half.
+BladeStroke put_back();
 // The same edge goes in by 20 mm, and 6 mm further while it is drawn along itself by `slice_over_push` times as much.
 BladeStroke slice(double slice_over_push);
 Vec3 edge_of_knife();  // unit, from its tip upwards along its sharp side

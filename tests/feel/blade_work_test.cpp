@@ -68,6 +68,15 @@ TEST_P(BladeWorkThrough, of_a_knife_from_side_to_side) {
   EXPECT_LT(legs[0].ripple_n, 0.1 * legs[0].mean_n);
 }
 
+// The end of a slit holds the edge, however the lips have closed about the blade.
+TEST_P(BladeWorkThrough, of_a_knife_that_is_put_back_into_its_slit) {
+  const auto& [tissue, speed_m_per_s] = GetParam();
+  for (const LegWork& leg : work_of(tissue, put_back(), speed_m_per_s)) {
+    const double half_j = 0.03 * kBlockTop_m * kToughness_j_per_m2;
+    EXPECT_NEAR(leg.work_j, kToughness_j_per_m2 * leg.leg.new_area_m2, 0.2 * half_j) << leg.leg.name;
+  }
+}
+
 // Atkins, Xu and Jeronimidis (2004): with xi the slice over the push, J L / (1 + xi^2) across and xi times that along
 // the edge; and steady cutting without a slice at J L.
 TEST(BladeSlices, with_the_less_push_the_more_it_is_drawn) {
