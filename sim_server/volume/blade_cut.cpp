@@ -140,7 +140,8 @@ void BladeCut::open_to_blade(Slit& slit, const BladeTrack& track) const {
 void BladeCut::open_bridges_of(const Slit& slit, const BladeTrack& track) {
   if (!settings_.follows_blade()) return;
   const BladeEdge to = track.furthest(tissue_);
-  const Vec3 normal = (to.heel_m - to.tip_m).cross(forward_m(track.edges.front(), to)).stableNormalized();
+  const Vec3 across_m = (to.heel_m - to.tip_m).cross(forward_m(track.edges.front(), to));
+  const Vec3 normal = track.edges.size() > 1 ? across_m.stableNormalized() : slit.normal_at_end();
   const double beside_m = tissue_.metres(settings_.bridge_beside_edges);
   const std::vector<Vec3> facing = slit.facing(normal, beside_m);
   const auto height_m = [&](const Vec3& at_m) -> std::optional<double> {
@@ -174,9 +175,13 @@ bool BladeCut::run(std::span<const BladeAtWork> at_work) {
   std::vector<std::uint32_t> opened;  // by which edges
   for (const auto& [edge_id, is_lifted] : at_work) {
     const auto found = tracks_.by_edge.find(edge_id);
-    if (found == tracks_.by_edge.end() || !found->second.is_due()) continue;
-    tried_.push_back(edge_id);
-    if (cut_for_good(found->second, is_lifted)) opened.push_back(edge_id);
+    if (found == tracks_.by_edge.end()) continue;
+    if (found->second.is_due()) {
+      tried_.push_back(edge_id);
+      if (cut_for_good(found->second, is_lifted)) opened.push_back(edge_id);
+    } else if (is_lifted && !tracks_.slit.empty()) {
+      open_bridges_of(tracks_.slit, found->second);
+    }
   }
   lasting_operations_ = topology_.mark();
   for (const auto& [edge_id, is_lifted] : at_work) {

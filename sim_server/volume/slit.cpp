@@ -102,6 +102,25 @@ std::optional<SlitPlane> Slit::plane_facing(const Vec3& at_m, double beside_m, s
     beside_m = std::abs(plane->height_m(at_m));
     nearest = plane;
   }
+  return nearest ? nearest : outside_corner(at_m, beside_m, facing);
+}
+
+// A strip and the next one leave a wedge between them on the outside of a corner. The edge in which they meet is what
+// is nearest there.
+std::optional<SlitPlane> Slit::outside_corner(const Vec3& at_m, double beside_m, std::span<const Vec3> facing) const {
+  std::optional<SlitPlane> nearest;
+  const double gap_m = beside_m;
+  for (std::size_t i = 1; i < strips_.size(); ++i) {
+    if (facing[i].isZero() || !leads_to(i - 1, i, gap_m)) continue;
+    const BladeEdge& edge = strips_[i].from;
+    const Vec3 up_m = edge.heel_m - edge.tip_m;
+    const double share = up_m.dot(at_m - edge.tip_m) / up_m.squaredNorm();
+    const Vec3 away_m = at_m - edge.at(share);
+    if (share < 0 || share > 1 || away_m.norm() > beside_m) continue;
+    if (away_m.dot(strips_[i].way_m(share)) > 0 || away_m.dot(strips_[i - 1].way_m(share)) < 0) continue;
+    beside_m = away_m.norm();
+    nearest = SlitPlane{edge.at(share), std::copysign(1.0, away_m.dot(facing[i])) * away_m.stableNormalized()};
+  }
   return nearest;
 }
 

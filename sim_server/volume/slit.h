@@ -27,12 +27,15 @@ class Slit {
   bool contains(const Vec3& at_m, double beside_m) const;
   // The plane of the strip whose outline has this place, the closest one within `beside_m`.
   std::optional<SlitPlane> plane_at(const Vec3& at_m, double beside_m) const;
+  // Square to the strip that was opened last; the slit isn't empty.
+  Vec3 normal_at_end() const { return strips_.back().normal_m().stableNormalized(); }
   // Normals of the strips towards one side of a cut, which is that of `normal` at its end; zero for a strip that has
   // no side. A slit in tissue that sags on a neck is twisted, by a right angle and more: each strip faces where the
   // next one does, over `smooth_m` of the way. Around a corner it faces to the same side of the way. A strip that no
   // way leads from to the end is of the cut if it lies roughly along it.
   std::vector<Vec3> facing(const Vec3& normal, double smooth_m) const;
-  // The plane of such a strip, the closest one within `beside_m`. `facing`: a normal for each strip.
+  // The plane of such a strip, the closest one within `beside_m`, or one through the edge in which two strips meet, for a
+  // place outside that corner. `facing`: a normal for each strip.
   std::optional<SlitPlane> plane_facing(const Vec3& at_m, double beside_m, std::span<const Vec3> facing) const;
   // The parts of an edge that are in a slit, and in tissue that is uncut. `at`: its place from 0 at the tip to 1 at the
   // heel; `is_tissue`: whether there is any at a place.
@@ -62,6 +65,7 @@ class Slit {
 
     // Its plane at a place between its two edges, which may be this far beyond their ends.
     std::optional<SlitPlane> plane_at(const Vec3& at_m, double beyond_share) const;
+    Vec3 way_m(double share) const { return to.at(share) - from.at(share); }
     // A vector square to its plane in the middle, as long as the strip.
     Vec3 normal_m() const;
 
@@ -70,6 +74,7 @@ class Slit {
       a(from, to, follows, is_followed);
     }
   };
+  std::optional<SlitPlane> outside_corner(const Vec3& at_m, double beside_m, std::span<const Vec3> facing) const;
   bool leads_to(std::size_t strip, std::size_t next, double gap_m) const;
 
   std::vector<Strip> strips_;

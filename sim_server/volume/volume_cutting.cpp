@@ -103,7 +103,7 @@ CutPlan VolumeCutting::plan(const SharedBody& body, std::span<const Entry> entri
   blades = move_blades(tissue, std::move(blades), entries, motions, tracks);
   for (const BladeInTissue& b : blades) {
     const BladeMotion* motion = motion_of(motions, b.edge_id);
-    is_due |= motion && tracks.by_edge[b.edge_id].is_due();
+    is_due |= motion && (motion->lift || tracks.by_edge[b.edge_id].is_due());
     at_work.push_back({b.edge_id, motion && motion->lift});
   }
   for (const BladeAtWork& a : at_work) {

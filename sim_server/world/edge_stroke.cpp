@@ -166,8 +166,10 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
       }
     } else if (leaf == CutDecision::detect_again) {  // in what it has opened, or out of it
       // Lips that swing away from a blade do not lift it.
-      const double away_m = (depth_m > kDeepEdge_m ? kLeftBehind : 1) * body.cut_traits.join_tolerance_m;
-      const bool has_left = (at_surface - from).norm() > away_m && !tip_is_in_groove(body, edge);
+      const double near_m = body.cut_traits.join_tolerance_m,
+                   away_m = (depth_m > kDeepEdge_m ? kLeftBehind : 1) * near_m;
+      const bool is_away = depth_m < -near_m || (at_surface - from).norm() > away_m;
+      const bool has_left = is_away && !tip_is_in_groove(body, edge);
       motion.lift = jaws == Jaws::opening || has_left;
       break;
     }

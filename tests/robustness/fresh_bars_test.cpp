@@ -7,9 +7,8 @@
 namespace sectio::test {
 namespace {
 
-constexpr double kSag_m = 0.012;    // at the end of a bar that is held at its other end
-constexpr double kBelow_m = 0.035;  // the knife reaches so far below the bar, which sags
-constexpr double kDensity_kg_per_m3 = 1050, kGravity_m_per_s2 = 9.81;
+constexpr double kBarSag_m = 0.012;    // at the end of a bar that is held at its other end
+constexpr double kBelowBar_m = 0.035;  // the knife reaches so far below the bar, which sags
 constexpr int kPoints = 120;
 
 // Leans to the side on which the bar goes on, and goes across it.
@@ -33,30 +32,24 @@ std::string make_bar(std::uint64_t seed, const std::string& directory) {
                height_m = numbers.between(0.012, 0.035);
   const bool lies = numbers.between(0, 1) < 0.3;  // on the floor
   const double hangs_m = lies ? 0.02 : 0.85 * length_m;
-  const double sags_m_pa = 1.5 * kDensity_kg_per_m3 * kGravity_m_per_s2 * std::pow(hangs_m, 4) / std::pow(height_m, 2);
-  const double young_pa = std::max(std::pow(10, numbers.between(3.7, 5)), sags_m_pa / kSag_m);
+  const double young_pa =
+      std::max(std::pow(10, numbers.between(3.7, 5)), young_pa_of_sag(hangs_m, height_m, kBarSag_m));
   const double speed_m_per_s = std::pow(10, numbers.between(-1.5, 0.3));
   const double cut_at_m = numbers.between(-0.15, 0.15) * length_m, heading_rad = numbers.between(-0.6, 0.6),
                lean_rad = numbers.between(-0.25, 0.25);
-  const std::string model = numbers.one_of(std::array{"neo_hookean", "tetra_springs", "neo_hookean_lattice"}),
-                    style = numbers.one_of(std::array{"progressive", "semi_progressive"}),
-                    free_parts = numbers.one_of(std::array{"deformable", "rigid"});
-  const int tetrahedra = static_cast<int>(numbers.between(1000, 6000));
+  VolumeKeys keys{numbers.one_of(std::array{"neo_hookean", "tetra_springs", "neo_hookean_lattice"}), {}, 0, young_pa};
+  keys.cutting = std::string(", style: ") + numbers.one_of(std::array{"progressive", "semi_progressive"});
+  keys.free_parts = numbers.one_of(std::array{"deformable", "rigid"});
+  keys.tetrahedra = static_cast<int>(numbers.between(1000, 6000));
 
   TriangleSoup bar = box(1, 1, 1, Vec3(length_m, width_m, height_m));
   const double above_m = lies ? 0 : 0.05;
   for (Vec3& x : bar.vertices_body_m) x += Vec3(-length_m / 2, -width_m / 2, above_m);
   const auto trace = stroke(Vec3(cut_at_m, 0, above_m + height_m / 2), heading_rad, lean_rad,
                             width_m / 2 / std::cos(heading_rad) + height_m * std::abs(std::tan(lean_rad)) + 0.02,
-                            height_m / 2 + (lies ? 0.004 : kBelow_m), speed_m_per_s);
+                            height_m / 2 + (lies ? 0.004 : kBelowBar_m), speed_m_per_s);
   leave_files(directory, bar, trace);
   const double freed_ml = 1e6 * (length_m / 2 - cut_at_m) * width_m * height_m;
-  std::ostringstream deforms;
-  deforms << "    model: " << model << "\n    volume: {mesher: lattice, tetrahedra: " << tetrahedra
-          << ", least_part_s: 0.0001}\n    material: {young_pa: " << young_pa
-          << (model == "tetra_springs" ? "" : ", poisson: 0.4") << ", density_kg_per_m3: " << kDensity_kg_per_m3
-          << ", damping_per_s: 30}\n    cutting: {style: " << style
-          << ", threshold_force_n: 0.04}\n    splitting: {free_parts: " << free_parts << "}\n";
   std::ofstream(directory + "/scene.yaml")
       << "session: bar_" << seed << "\nstep_s: auto\nduration_s: " << trace.back().time_s + 1.2
       << "\nfloor_z_m: " << (lies ? -0.0005 : 0)
@@ -66,7 +59,7 @@ camera: {eye_world_m: [0.11, -0.17, 0.15], target_world_m: [0.01, 0, 0.045], fie
 bodies:
   - name: bar
     mesh: {file: body.obj, unit: m}
-)" << deforms.str()
+)" << keys.text()
       << "    fixed: {min_world_m: [-1, -1, -1], max_world_m: [" << -0.35 * length_m << R"(, 1, 1]}
 tools:
   - {name: knife, kind: knife, trace: hand.csv, geometry: {a_tool_m: [0, 0, 0], b_tool_m: [0, 0, 0.13], c_tool_m:
@@ -75,7 +68,7 @@ tools:
   std::ostringstream words;
   words << 1e3 * length_m << " x " << 1e3 * width_m << " x " << 1e3 * height_m << " mm, " << 1e3 * speed_m_per_s
         << " mm/s\n"
-        << deforms.str();
+        << keys.text();
   return words.str();
 }
 

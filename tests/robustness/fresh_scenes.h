@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <random>
 #include <span>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -43,6 +45,32 @@ inline Pose held(const Vec3& tip_m, const Vec3& shaft, const Vec3& ahead) {
   axes << aside.cross(shaft), aside, shaft;
   return {tip_m, Eigen::Quaterniond(axes)};
 }
+
+constexpr double kDensity_kg_per_m3 = 1050;
+
+// The modulus at which a bar or a plate that is held at one end sags by so much at the other.
+inline double young_pa_of_sag(double hangs_m, double height_m, double sag_m) {
+  constexpr double kGravity_m_per_s2 = 9.81;
+  return 1.5 * kDensity_kg_per_m3 * kGravity_m_per_s2 * std::pow(hangs_m, 4) / (height_m * height_m * sag_m);
+}
+
+// Keys of a body that is cut as a volume. `cutting` and `material`: further keys, each with a comma before it.
+struct VolumeKeys {
+  std::string model, free_parts;
+  int tetrahedra = 0;
+  double young_pa = 0;
+  std::string cutting = {}, material = {};
+
+  std::string text() const {
+    std::ostringstream out;
+    out << "    model: " << model << "\n    volume: {mesher: lattice, tetrahedra: " << tetrahedra
+        << ", least_part_s: 0.0001}\n    material: {young_pa: " << young_pa
+        << (model == "tetra_springs" ? "" : ", poisson: 0.4") << ", density_kg_per_m3: " << kDensity_kg_per_m3
+        << ", damping_per_s: 30" << material << "}\n    cutting: {threshold_force_n: 0.04" << cutting
+        << "}\n    splitting: {free_parts: " << free_parts << "}\n";
+    return out.str();
+  }
+};
 
 // body.obj and hand.csv, which scene.yaml of the same directory names.
 inline void leave_files(const std::string& directory, const TriangleSoup& soup, std::span<const TracePoint> trace) {

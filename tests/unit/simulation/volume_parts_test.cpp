@@ -246,6 +246,20 @@ TEST(VolumeParts, a_cut_that_is_resumed_goes_through) {
   }
 }
 
+TEST(VolumeParts, a_blade_that_is_drawn_straight_out_has_left_its_cut) {
+  Operation op(hanging_bar("neo_hookean", "progressive", FreeParts::keep));
+  op.place(flat(-0.015, -0.03).position_m, flat(0, 0).orientation);
+  for (double y_m = -0.015; y_m < 0; y_m += 4e-5) op.step({{0, flat(y_m, -0.03)}});
+  ASSERT_EQ(op.state(), ContactState::penetration);
+  for (double out_m = 0; out_m < 0.06; out_m += 2e-4) {
+    Pose pose = flat(0, -0.03);
+    pose.position_m += pose.orientation * Vec3(0, 0, out_m);
+    op.step({{0, pose}});
+  }
+  EXPECT_EQ(op.state(), ContactState::free);
+  EXPECT_EQ(op.count(EventKind::cut_ended), 1u);
+}
+
 // How far behind the blade's edge the opening ends, in each half of the bar, over a stroke; in mean edges.
 struct Opening {
   double most_behind = -1, most_ahead = -1;

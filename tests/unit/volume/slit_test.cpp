@@ -51,6 +51,13 @@ TEST(Slit, around_sharp_corners_has_one_inner_side) {
       ASSERT_TRUE(plane) << side << ' ' << share;
       EXPECT_GT(plane->height_m(inside), 0) << side << ' ' << share;
     }
+  for (const int corner : {1, 2}) {
+    const Vec3 wedge = corners[corner] - 0.001 * (middle - corners[corner]).normalized();
+    const auto plane = slit.plane_facing(wedge, 0.004, facing);
+    ASSERT_TRUE(plane) << "outside the corner, before neither of its sides";
+    EXPECT_NEAR(plane->height_m(wedge), -0.001, 1e-9);
+  }
+  EXPECT_FALSE(slit.plane_facing(corners[3] - Vec3(0.001, 0, 0), 0.004, facing)) << "ahead of its end";
 }
 
 TEST(Slit, another_cut_far_from_its_beginning_counts_only_along_its_end) {
