@@ -89,7 +89,12 @@ std::optional<Pace::News> LiveSession::hold_off(const SessionOrder& order) {
 
 Succession LiveSession::succession(std::uint64_t epoch) {
   const Simulation& now = run->simulation();
-  return {next_term(epoch), scene_info_now(scene, now), meshes_of(now), {}, {}, run->inputs(), record.get()};
+  return {.epoch = next_term(epoch),
+          .scene = scene_info_now(scene, now),
+          .meshes = meshes_of(now),
+          .steps = run->steps(),
+          .inputs = run->inputs(),
+          .record = record.get()};
 }
 
 LiveSession::Try LiveSession::another_try(double from_s) const {

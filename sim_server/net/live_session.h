@@ -44,8 +44,8 @@ struct LiveSession {
     std::unique_ptr<SessionRun> run;
     std::optional<PlayedInputs> past;
   };
-  // A try that goes on from this simulated time of this one, or of what is played. The session stays as it is meanwhile,
-  // and where this throws; then no directory is left behind.
+  // A try that goes on from this simulated time of this one, or of what is played. The session stays as it is
+  // meanwhile, and where this throws; then no directory is left behind.
   Try another_try(double from_s) const;
   // The try so far keeps its files; the next one gets a directory within theirs. Returns the former run: the network
   // reads its journal until it is told of the next one.

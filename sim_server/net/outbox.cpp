@@ -78,6 +78,11 @@ void Outbox::go_on_from(const Outbox& picked_up) {
   frozen_tools = picked_up.frozen_tools;
 }
 
+void Outbox::begin_term_after(std::uint64_t last_step) {
+  std::erase_if(inputs, [&](const StepRecord& record) { return record.step > last_step; });
+  step = last_step;
+}
+
 void Outbox::clear() {
   inputs.clear();
   new_bodies.clear();

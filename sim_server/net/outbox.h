@@ -42,6 +42,8 @@ struct Outbox {
   bool urgent() const;
   // Takes over the numbers of the outbox that has been picked up: they hold until there are newer ones.
   void go_on_from(const Outbox& picked_up);
+  // A term begins after this step: what steps after it were told belongs to a former one.
+  void begin_term_after(std::uint64_t last_step);
   // Call after all of it has been sent.
   void clear();
 

@@ -95,7 +95,8 @@ class RecordServer {
   void begin_term() {
     PlayedWorld& world = record_.world();
     bodies_count_ = world.meshes().size();
-    net_->take_over({next_term(net_->epoch()), scene(), world.meshes(), {}, {}, nullptr, nullptr});
+    net_->take_over(
+        {.epoch = next_term(net_->epoch()), .scene = scene(), .meshes = world.meshes(), .steps = world.news().step});
     net_->set_speed(pace_.now());
     world.forget_deltas();
   }

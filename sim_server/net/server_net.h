@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,12 +27,14 @@ namespace sectio {
 // All that a standby knows when it takes a session over.
 struct Succession {
   std::uint64_t epoch = 0;
-  SceneInfo scene;  // with the parts that have come off
-  std::vector<TriangleMesh> meshes;
-  std::vector<BodyDelta> last_deltas;  // viewers may not have got these
-  std::vector<Event> last_events;
-  InputLog* inputs = nullptr;       // ServerNetOptions::inputs, from now on
-  SessionRecord* record = nullptr;  // likewise
+  SceneInfo scene = {};  // with the parts that have come off
+  std::vector<TriangleMesh> meshes = {};
+  std::vector<BodyDelta> last_deltas = {};  // viewers may not have got these
+  std::vector<Event> last_events = {};
+  std::uint64_t steps = 0;                 // steps that have been run
+  std::deque<StepRecord> last_steps = {};  // for another standby, where none are kept on a disk
+  InputLog* inputs = nullptr;              // ServerNetOptions::inputs, from now on
+  SessionRecord* record = nullptr;         // likewise
 };
 
 struct ServerNetOptions {
