@@ -150,7 +150,7 @@ void LiveServer::wait_for_peers() {
 
 void LiveServer::lead() {
   due_ = Clock::now();
-  session_.net->set_speed(session_.pace.now());
+  session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();
   while (session_.has_more_steps()) {
     yield_to_another_server(*session_.net, session_.options);
@@ -226,7 +226,7 @@ void LiveServer::obey(const SessionOrder& order) {
     case OrderKind::go_on:
     case OrderKind::set_speed:
       due_ = Clock::now();
-      return session_.net->set_speed(session_.pace.now());
+      return session_.net->set_pace(session_.pace);
     case OrderKind::begin_anew:
     case OrderKind::seek:
       return go_to(order);
@@ -278,7 +278,7 @@ void LiveServer::begin(LiveSession::Try next) {
   succession.record = nullptr;
   session_.net->take_over(std::move(succession));
   due_ = Clock::now();
-  session_.net->set_speed(session_.pace.now());
+  session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();
 }
 
@@ -286,7 +286,7 @@ void LiveServer::begin(LiveSession::Try next) {
 void LiveServer::keep_session(std::uint64_t claimed_epoch) {
   log_warning("a program that has not stood by claims the session: this server keeps it");
   session_.net->take_over(session_.succession(claimed_epoch));
-  session_.net->set_speed(session_.pace.now());
+  session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();
 }
 

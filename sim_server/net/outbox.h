@@ -62,8 +62,8 @@ struct Outbox {
   std::uint64_t step = 0;
   std::uint64_t samples_refused = 0;
   Vec3 gravity_target_m_per_s2 = Vec3::Zero();
-  double speed = 1;
-  double ends_s = 0;  // a record that is played ends there; 0: live
+  double speed = 1, speed_set = 1;  // now, and when it isn't paused
+  double ends_s = 0;                // a record that is played ends there; 0: live
   std::uint32_t frozen_tools = 0;
   std::optional<std::string> end_reason;
 };

@@ -248,8 +248,11 @@ std::uint32_t ServerNet::frozen_tools() const {
   return state_->intake.frozen_tools();
 }
 
-void ServerNet::set_speed(double speed) {
-  state_->handover.put([&](Outbox& outbox) { outbox.speed = speed; });
+void ServerNet::set_pace(const Pace& pace) {
+  state_->handover.put([&](Outbox& outbox) {
+    outbox.speed = pace.now();
+    outbox.speed_set = pace.speed();
+  });
 }
 
 void ServerNet::set_end(double ends_s) {

@@ -119,8 +119,7 @@ void Standby::rejoin_if_servers_are_there() {
 void Standby::keep_news() {
   if (const auto status = session_.net->follower().take_status()) {
     knows_orders_ = true;
-    const bool is_paused = status->speed == 0;
-    session_.adopt({is_paused ? session_.pace.speed() : status->speed, is_paused, status->frozen_tools});
+    session_.adopt({status->speed_set, status->speed == 0, status->frozen_tools});
   }
   session_.net->take_samples(session_.input.samples);
   if (session_.input.samples.size() > kMostSamplesKept)

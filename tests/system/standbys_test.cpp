@@ -33,6 +33,11 @@ class Standbys : public test::SessionPrograms {
     const auto told = program("sim_server", in_session(order));
     EXPECT_EQ(told->exit_code(), 0) << told->output();
   }
+  std::string status() const {
+    const auto asked = program("sim_server", in_session({"status", "--patience-s", "60"}));
+    EXPECT_EQ(asked->exit_code(), 0) << asked->output();
+    return asked->output();
+  }
   static constexpr const char* kGoesOn = "the server fell silent: this one goes on after step ";
   static constexpr const char* kNext = "it stands by for the server of a later term";
   static constexpr const char* kInStep = "it has caught up with the server";
@@ -170,6 +175,22 @@ TEST_F(Standbys, goes_back_with_its_server_and_ends_with_the_same_bodies) {
   EXPECT_FALSE(goes_on(*second)) << second->output();
   EXPECT_EQ(hash_of("second/try_2"), hash_of("first/try_2"));
   EXPECT_EQ(json("second/try_2/report.json")["run"]["steps"], json("first/try_2/report.json")["run"]["steps"]);
+}
+
+TEST_F(Standbys, that_come_into_a_pause_know_the_speed_at_which_the_session_goes_on) {
+  const auto first = one("first", {"--endless"});
+  ASSERT_TRUE(first->wait_for("step ")) << first->output();
+  give({"speed", "--factor", "0.25"});
+  give({"freeze", "--tool-id", "0"});
+  give({"pause"});
+  const auto second = standby("second", {"--endless"});
+  ASSERT_TRUE(second->wait_for(kInStep)) << second->output();
+  kill(*first);
+  ASSERT_TRUE(second->wait_for(kGoesOn)) << second->output();
+  EXPECT_NE(status().find("tool 0 is frozen"), std::string::npos);
+  give({"go-on"});
+  const std::string goes_on = status();
+  EXPECT_NE(goes_on.find("at 0.25 times the clock"), std::string::npos) << goes_on;
 }
 
 }  // namespace
