@@ -19,6 +19,7 @@ namespace sectio {
 //   9  before instruments could be frozen, and the task was part of the scene
 //  10  before a server told where ends what it plays, and sessions were named for the program that begins them
 //  11  before a contact said that jaws hold something
-constexpr std::uint32_t kProtocolVersion = 12;
+//  12  before a status told the speed at which a paused session goes on
+constexpr std::uint32_t kProtocolVersion = 13;
 
 }  // namespace sectio

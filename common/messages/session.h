@@ -134,6 +134,7 @@ struct ServerStatus {
   double speed = 1;                           // simulated time compared with the clock; 0: paused
   double sent_s = 0;                          // by a clock of the server that doesn't jump: link.h
   std::uint32_t frozen_tools = 0;             // bit t: nobody moves tool t
+  double speed_set = 1;                       // the speed at which a paused session goes on; else the same as `speed`
   double ends_s = 0;                          // a record that is played ends at this time; 0: the session is live
 };
 

@@ -143,7 +143,8 @@ void fields(Visitor& visit, M& message) {
 template <class Visitor, FieldsOf<ServerStatus> M>
 void fields(Visitor& visit, M& message) {
   auto& [epoch, step, sim_time_s, step_wall_time_s, stability_margin, cuts_made, cuts_refused, samples_refused, viewers,
-         bodies, gravity_target_m_per_s2, checks, link_reports, speed, sent_s, frozen_tools, ends_s] = message;
+         bodies, gravity_target_m_per_s2, checks, link_reports, speed, sent_s, frozen_tools, speed_set, ends_s] =
+      message;
   visit("epoch", epoch);
   visit("step", step);
   visit("sim_time_s", sim_time_s);
@@ -160,6 +161,7 @@ void fields(Visitor& visit, M& message) {
   visit("speed_1", speed, from_to(0, kFastest));
   visit("sent_s", sent_s);
   visit("frozen_tools", frozen_tools);
+  visit("speed_set_1", speed_set, from_to(0, kFastest));
   visit("ends_s", ends_s, kNotNegative);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/messages/codec.h"
 #include "common/messages/epoch.h"
 
 namespace sectio {
@@ -19,29 +20,51 @@ void Follower::listen(std::optional<std::uint64_t> leader) {
   const auto now = Clock::now();
   const double passed_s = looked_ ? std::min(kLongestLook_s, Seconds(now - *looked_).count()) : 0;
   looked_ = now;
-  if (heard_) silence_s_ += passed_s;
+  if (epoch_) known_s_ += passed_s;
+  if (heard_any_) silence_s_ += passed_s;
   if (!heard_) deaf_s_ += passed_s;
   // While no server has been heard, any one will do: the one that was known may have died.
-  if (leader && leader != epoch_ && (!epoch_ || !heard_any_ || takes_over(*leader, *epoch_))) {
-    epoch_ = leader;
-    heard_ = false;
-    status_.reset();
-    silence_s_ = deaf_s_ = 0;
-  }
+  if (leader && leader != epoch_ && (!epoch_ || !heard_any_ || takes_over(*leader, *epoch_))) turn_to(*leader);
   while (auto inputs = endpoints_.take<StepInputs>()) {
     if (!epoch_ || inputs->epoch != *epoch_) continue;
     heard_ = heard_any_ = true;
     silence_s_ = deaf_s_ = 0;
     steps_sent_ = std::max(steps_sent_, inputs->newest_step);
     newest_step_ = std::max(newest_step_, inputs->newest_step);
-    for (StepRecord& step : inputs->steps) {
-      newest_step_ = std::max(newest_step_, step.step);
-      if (step.step >= next_step_ && steps_.size() < kMostWaiting) steps_.try_emplace(step.step, std::move(step));
-    }
+    for (StepRecord& step : inputs->steps) take(std::move(step));
+    is_astray_ |= unconfirmed_ && newest_step_ < last_->step;
   }
   while (auto status = endpoints_.take<ServerStatus>())
     if (epoch_ && status->epoch == *epoch_) status_ = std::move(status);
   if (epoch_) ask(passed_s);
+}
+
+void Follower::turn_to(std::uint64_t leader) {
+  epoch_ = leader;
+  heard_ = is_astray_ = false;
+  unconfirmed_ = last_.has_value();
+  status_.reset();
+  steps_.clear();
+  newest_step_ = steps_sent_ = 0;
+  silence_s_ = deaf_s_ = futile_s_ = 0;
+}
+
+void Follower::take(StepRecord step) {
+  newest_step_ = std::max(newest_step_, step.step);
+  if (unconfirmed_ && step.step == last_->step) {
+    unconfirmed_ = false;
+    is_astray_ = encode(StepInputs{0, 0, {step}}) != encode(StepInputs{0, 0, {*last_}});
+  }
+  if (step.step >= next_step_ && steps_.size() < kMostWaiting) steps_.try_emplace(step.step, std::move(step));
+}
+
+void Follower::begin_after(std::uint64_t steps, std::optional<StepRecord> last) {
+  next_step_ = steps + 1;
+  last_ = std::move(last);
+  unconfirmed_ = last_.has_value();
+  is_astray_ = false;
+  futile_s_ = 0;
+  std::erase_if(steps_, [&](const auto& each) { return each.first <= steps; });
 }
 
 bool Follower::is_deaf() {
@@ -52,21 +75,22 @@ bool Follower::is_deaf() {
 }
 
 void Follower::ask(double passed_s) {
-  const bool hole = newest_step_ >= next_step_ && (steps_.empty() || steps_.begin()->first != next_step_);
-  futile_s_ = hole && wanted_ == next_step_ ? futile_s_ + passed_s : 0;
-  wanted_ = next_step_;
+  const std::uint64_t wanted = wanted_step();
+  const bool hole = newest_step_ >= wanted && (steps_.empty() || steps_.begin()->first != wanted);
+  futile_s_ = hole && wanted_ == wanted ? futile_s_ + passed_s : 0;
+  wanted_ = wanted;
   if (Seconds(Clock::now() - asked_).count() < kAsk_s) return;
   asked_ = Clock::now();
-  if (!endpoints_.write(StepRequest{*epoch_, hole ? next_step_ : 0, client_}))
+  if (!endpoints_.write(StepRequest{*epoch_, hole ? wanted : 0, client_}))
     log_limited(LogLevel::warning, "step request", "DDS refused to send a request for inputs");
 }
 
 std::optional<StepRecord> Follower::take_step() {
-  if (steps_.empty() || steps_.begin()->first != next_step_) return std::nullopt;
-  StepRecord step = std::move(steps_.begin()->second);
+  if (unconfirmed_ || is_astray_ || steps_.empty() || steps_.begin()->first != next_step_) return std::nullopt;
+  last_ = std::move(steps_.begin()->second);
   steps_.erase(steps_.begin());
   ++next_step_;
-  return step;
+  return last_;
 }
 
 }  // namespace sectio

@@ -33,6 +33,13 @@ void InputFeed::send(std::span<const StepRecord> steps) {
   while (last_steps_.size() > kSteps) last_steps_.pop_front();
 }
 
+void InputFeed::go_on_after(std::uint64_t steps, std::deque<StepRecord> last) {
+  newest_step_ = steps;
+  last_steps_ = std::move(last);
+  while (!last_steps_.empty() && last_steps_.back().step > steps) last_steps_.pop_back();
+  if (log_) last_steps_.clear();
+}
+
 std::vector<StepRecord> InputFeed::past_from(std::uint64_t first_step) const {
   if (log_) return log_->read_from(first_step, most_bytes_);
   if (last_steps_.empty() || first_step < last_steps_.front().step) return {};

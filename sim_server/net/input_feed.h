@@ -29,6 +29,10 @@ class InputFeed {
   InputFeed(ServerEndpoints& endpoints, std::uint64_t epoch, InputLog* log, std::size_t most_bytes)
       : endpoints_(endpoints), epoch_(epoch), log_(log), most_bytes_(most_bytes) {}
 
+  std::uint64_t epoch() const { return epoch_; }
+  // So many steps have been run before this term. `last`: those of them that were kept in memory.
+  void go_on_after(std::uint64_t steps, std::deque<StepRecord> last);
+  std::deque<StepRecord> take_last_steps() { return std::move(last_steps_); }
   // Programs that have stood by for a server of this session since the last call.
   std::set<ProgramId> take_standbys() { return std::exchange(standbys_, {}); }
   // The steps that the outbox holds, before their outputs.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -77,8 +76,6 @@ void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
 
 LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
     : session_(scene, options),
-      attempt_(options.attempt),
-      first_lock_(options.attempt > 1 ? std::make_shared<DirectoryLock>(options.directory) : nullptr),
       planner_(!options.play_traces),
       stall_s_(options.stall_at_s >= 0 ? options.stall_s : 0) {}
 
@@ -153,7 +150,7 @@ void LiveServer::wait_for_peers() {
 
 void LiveServer::lead() {
   due_ = Clock::now();
-  session_.net->set_speed(session_.pace.now());
+  session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();
   while (session_.has_more_steps()) {
     yield_to_another_server(*session_.net, session_.options);
@@ -229,7 +226,7 @@ void LiveServer::obey(const SessionOrder& order) {
     case OrderKind::go_on:
     case OrderKind::set_speed:
       due_ = Clock::now();
-      return session_.net->set_speed(session_.pace.now());
+      return session_.net->set_pace(session_.pace);
     case OrderKind::begin_anew:
     case OrderKind::seek:
       return go_to(order);
@@ -242,9 +239,9 @@ void LiveServer::obey(const SessionOrder& order) {
 void LiveServer::go_to(const SessionOrder& order) {
   const bool anew = order.kind == OrderKind::begin_anew;
   session_.net->show_life(kLongestTask_s);
-  Try next;
+  LiveSession::Try next;
   try {
-    next = another_try(anew ? 0 : order.sim_time_s);
+    next = session_.another_try(anew ? 0 : order.sim_time_s);
   } catch (const std::exception& error) {  // a disk that is full, a directory that is gone
     due_ = Clock::now();
     return refuse(order, std::string(kStays) + error.what());
@@ -269,54 +266,19 @@ void LiveServer::wait_in_pause() {
   due_ = Clock::now();
 }
 
-// The session stays as it is meanwhile, and where this throws; then no directory is left behind.
-LiveServer::Try LiveServer::another_try(double from_s) const {
-  const std::string& root = session_.options.directory;
-  Try next;
-  next.attempt = free_try_after(root, attempt_);
-  const std::string directory = try_directory(root, next.attempt);
-  std::error_code unknown;
-  const bool is_new = !directory.empty() && !std::filesystem::exists(directory, unknown) && !unknown;
-  try {
-    if (session_.past || from_s <= 0) {
-      next.run = std::make_unique<SessionRun>(session_.scene, directory);
-    } else {
-      const auto last_step = steps_until(from_s, session_.scene.step_s);
-      log_info("running " + std::to_string(last_step) + " steps again");
-      std::optional<std::uint64_t> former_epoch;
-      next.run =
-          SessionRun::resumed(session_.scene, {try_directory(root, attempt_), last_step}, directory, former_epoch);
-    }
-    if (session_.past) {
-      next.past.emplace(session_.options.play, *next.run);
-      next.past->run_unseen(*next.run, session_.scene.step_s, from_s);
-    }
-  } catch (...) {
-    if (is_new) std::filesystem::remove_all(directory, unknown);
-    throw;
-  }
-  return next;
-}
-
-// The try so far keeps its files; the next one gets a directory within theirs. Viewers see it as a takeover by another
-// server: they ask for bodies of the new term.
-void LiveServer::begin(Try next) {
-  attempt_ = next.attempt;
+// Viewers see it as a takeover by another server: they ask for bodies of the new term. So does a standby.
+void LiveServer::begin(LiveSession::Try next) {
   tell_score();
   session_.run->recorder().finish();
   tell_faults();
-  // The network reads the journal of the former run until it is told of this one.
-  const auto former = std::exchange(session_.run, std::move(next.run));
-  if (!first_lock_) first_lock_ = former->directory_lock();
+  const auto former = session_.begin(std::move(next));
   if (session_.record)
     session_.run->recorder().warn(session_.options.record + ": ends where the session was begun anew");
-  session_.past = std::move(next.past);
   Succession succession = session_.succession(session_.net->epoch());
   succession.record = nullptr;
   session_.net->take_over(std::move(succession));
-  session_.input = {};
   due_ = Clock::now();
-  session_.net->set_speed(session_.pace.now());
+  session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();
 }
 
@@ -324,7 +286,7 @@ void LiveServer::begin(Try next) {
 void LiveServer::keep_session(std::uint64_t claimed_epoch) {
   log_warning("a program that has not stood by claims the session: this server keeps it");
   session_.net->take_over(session_.succession(claimed_epoch));
-  session_.net->set_speed(session_.pace.now());
+  session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -29,13 +28,7 @@ class LiveServer {
   void wait_in_pause();
   void refuse(const SessionOrder& order, const std::string& why);
   void go_to(const SessionOrder& order);
-  struct Try {
-    int attempt = 1;  // number of the try
-    std::unique_ptr<SessionRun> run;
-    std::optional<PlayedInputs> past;
-  };
-  Try another_try(double from_s) const;
-  void begin(Try next);
+  void begin(LiveSession::Try next);
   void keep_session(std::uint64_t claimed_epoch);
   void show_now();
   void recall_orders();
@@ -49,8 +42,6 @@ class LiveServer {
 
   LiveSession session_;
   WorldView world_;
-  int attempt_;
-  std::shared_ptr<DirectoryLock> first_lock_;  // the first directory has those of all other tries in it
   BudgetPlanner planner_;
   SyncCost cost_;
   double stall_s_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 #include "common/core/log.h"
@@ -15,6 +16,8 @@ namespace sectio {
 LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options)
     : scene(the_scene),
       options(the_options),
+      attempt(options.attempt),
+      first_lock(attempt > 1 ? std::make_shared<DirectoryLock>(options.directory) : nullptr),
       steps(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
       progress(steps),
       pace(options.speed) {
@@ -86,7 +89,48 @@ std::optional<Pace::News> LiveSession::hold_off(const SessionOrder& order) {
 
 Succession LiveSession::succession(std::uint64_t epoch) {
   const Simulation& now = run->simulation();
-  return {next_term(epoch), scene_info_now(scene, now), meshes_of(now), {}, {}, run->inputs(), record.get()};
+  return {.epoch = next_term(epoch),
+          .scene = scene_info_now(scene, now),
+          .meshes = meshes_of(now),
+          .steps = run->steps(),
+          .inputs = run->inputs(),
+          .record = record.get()};
+}
+
+LiveSession::Try LiveSession::another_try(double from_s) const {
+  const std::string& root = options.directory;
+  Try next;
+  next.attempt = free_try_after(root, attempt);
+  const std::string directory = try_directory(root, next.attempt);
+  std::error_code unknown;
+  const bool is_new = !directory.empty() && !std::filesystem::exists(directory, unknown) && !unknown;
+  try {
+    if (past || from_s <= 0) {
+      next.run = std::make_unique<SessionRun>(scene, directory);
+    } else {
+      const auto last_step = steps_until(from_s, scene.step_s);
+      log_info("running " + std::to_string(last_step) + " steps again");
+      std::optional<std::uint64_t> former_epoch;
+      next.run = SessionRun::resumed(scene, {try_directory(root, attempt), last_step}, directory, former_epoch);
+    }
+    if (past) {
+      next.past.emplace(options.play, *next.run);
+      next.past->run_unseen(*next.run, scene.step_s, from_s);
+    }
+  } catch (...) {
+    if (is_new) std::filesystem::remove_all(directory, unknown);
+    throw;
+  }
+  return next;
+}
+
+std::unique_ptr<SessionRun> LiveSession::begin(Try next) {
+  attempt = next.attempt;
+  std::unique_ptr<SessionRun> former = std::exchange(run, std::move(next.run));
+  if (!first_lock) first_lock = former->directory_lock();
+  past = std::move(next.past);
+  input = {};
+  return former;
 }
 
 }  // namespace sectio

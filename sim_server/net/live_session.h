@@ -39,10 +39,24 @@ struct LiveSession {
 
   std::optional<Pace::News> hold_off(const SessionOrder& order);
 
+  struct Try {
+    int attempt = 1;  // number of the try
+    std::unique_ptr<SessionRun> run;
+    std::optional<PlayedInputs> past;
+  };
+  // A try that goes on from this simulated time of this one, or of what is played. The session stays as it is
+  // meanwhile, and where this throws; then no directory is left behind.
+  Try another_try(double from_s) const;
+  // The try so far keeps its files; the next one gets a directory within theirs. Returns the former run: the network
+  // reads its journal until it is told of the next one.
+  std::unique_ptr<SessionRun> begin(Try next);
+
   const Scene& scene;
   const ServeOptions& options;
-  std::optional<std::uint64_t> steps;       // nothing: without end
-  std::optional<std::uint64_t> last_epoch;  // a session that goes on has one
+  int attempt;
+  std::shared_ptr<DirectoryLock> first_lock;  // the first directory has those of all other tries in it
+  std::optional<std::uint64_t> steps;         // nothing: without end
+  std::optional<std::uint64_t> last_epoch;    // a session that goes on has one
   std::unique_ptr<SessionRun> run;
   std::optional<PlayedInputs> past;  // the journal that is played
   std::unique_ptr<SessionRecord> record;

@@ -9,7 +9,6 @@ namespace sectio {
 
 namespace {
 
-constexpr std::size_t kMostStandbys = 64;
 constexpr int kStatesOfAServer = 5;  // one message alone says little about who holds a session
 
 }  // namespace
@@ -26,11 +25,15 @@ void OtherServers::notice_absence() {
   listened_ = now;
 }
 
-void OtherServers::know_standby(const ProgramId& program) {
+void OtherServers::know_standby(const ProgramId& program, std::uint64_t epoch) {
   const std::lock_guard lock(mutex_);
-  if (std::ranges::count(standbys_, program) > 0) return;
-  standbys_.push_back(program);
-  if (standbys_.size() > kMostStandbys) standbys_.erase(standbys_.begin());
+  standbys_.hear(program, epoch, seconds(Clock::now()));
+}
+
+std::size_t OtherServers::standbys_before_this(std::uint64_t epoch) const {
+  const ProgramId own = endpoints_.id();
+  const std::lock_guard lock(mutex_);
+  return standbys_.before(own, epoch, seconds(Clock::now()));
 }
 
 void OtherServers::listen() {
@@ -85,7 +88,8 @@ std::optional<std::uint64_t> OtherServers::leader() const {
   for (const auto& [epoch, other] : others_) {
     if (other.body.empty() || other.ended || is_claimed_falsely(epoch, other)) continue;
     const bool leads_now = speaks(other);
-    const bool better = !leader || leads_now > leads || (leads_now == leads && epoch > *leader);
+    const bool better =
+        !leader || takes_over(epoch, *leader) || leads_now > leads || (leads_now == leads && epoch > *leader);
     if (better) leader = epoch, leads = leads_now;
   }
   return leader;
@@ -112,7 +116,7 @@ bool OtherServers::is_held() const {
 }
 
 bool OtherServers::may_follow(std::uint64_t epoch, const Other& other) const {
-  return other.after_absence || has_begun(other.program, epoch) || std::ranges::count(standbys_, other.program) > 0;
+  return other.after_absence || has_begun(other.program, epoch) || standbys_.has_heard(other.program);
 }
 
 bool OtherServers::is_replaced() const {
@@ -131,11 +135,12 @@ std::optional<std::uint64_t> OtherServers::false_claim() const {
   return claim;
 }
 
-// Neither the program that began the session, nor the first that was heard of it; and the server that it says it
-// follows still speaks.
+// Neither the program that began the session, nor the first that was heard of it, nor one that stood by; and the server
+// that it says it follows still speaks.
 bool OtherServers::is_claimed_falsely(std::uint64_t epoch, const Other& other) const {
   const auto first = others_.lower_bound(first_epoch(name_of_session(epoch)));
   if (has_begun(other.program, epoch) || first->second.program == other.program) return false;
+  if (standbys_.has_heard(other.program)) return false;
   return std::ranges::any_of(others_, [&](const auto& each) {
     return takes_over(epoch, each.first) && each.second.program != other.program && speaks(each.second);
   });

@@ -12,6 +12,7 @@
 
 #include "sim_server/net/rivalry.h"
 #include "sim_server/net/server_endpoints.h"
+#include "sim_server/net/standbys.h"
 
 namespace sectio {
 
@@ -34,7 +35,8 @@ class OtherServers {
 
   // The number of servers that have announced themselves.
   std::size_t count() const;
-  // The server for which a standby of these bodies stands by; nothing: none has been heard.
+  // The server for which a standby of these bodies stands by: of a session the one with the latest term. Nothing: none
+  // has been heard.
   std::optional<std::uint64_t> leader() const;
   bool has_ended(std::uint64_t epoch) const;
   // Another server runs a session with our bodies.
@@ -47,8 +49,10 @@ class OtherServers {
   // A later term of our session, claimed by a program that can't know that this server is silent: it has not stood by,
   // and this server has not been away.
   std::optional<std::uint64_t> false_claim() const;
-  // The program has stood by for a server of our session.
-  void know_standby(const ProgramId& program);
+  // The program stands by for the server with this epoch.
+  void know_standby(const ProgramId& program, std::uint64_t epoch);
+  // How many other standbys go on, rather than this one, when the server with this epoch dies.
+  std::size_t standbys_before_this(std::uint64_t epoch) const;
   // The first of our bodies that another server has with more right (rivalry.h): then this server has to end.
   std::optional<std::string> claimed_body() const;
   // The simulated time of the slowest server that is worth waiting for, and of the one that is furthest; nothing when
@@ -93,7 +97,7 @@ class OtherServers {
   mutable std::mutex mutex_;
   std::vector<std::string> missing_;
   std::map<std::uint64_t, Other> others_;  // by epoch
-  std::vector<ProgramId> standbys_;        // the newest last
+  Standbys standbys_;
   std::optional<Clock::time_point> listened_, was_away_;
 };
 

@@ -74,8 +74,14 @@ void Outbox::go_on_from(const Outbox& picked_up) {
   samples_refused = picked_up.samples_refused;
   gravity_target_m_per_s2 = picked_up.gravity_target_m_per_s2;
   speed = picked_up.speed;
+  speed_set = picked_up.speed_set;
   ends_s = picked_up.ends_s;
   frozen_tools = picked_up.frozen_tools;
+}
+
+void Outbox::begin_term_after(std::uint64_t last_step) {
+  std::erase_if(inputs, [&](const StepRecord& record) { return record.step > last_step; });
+  step = last_step;
 }
 
 void Outbox::clear() {

@@ -42,6 +42,8 @@ struct Outbox {
   bool urgent() const;
   // Takes over the numbers of the outbox that has been picked up: they hold until there are newer ones.
   void go_on_from(const Outbox& picked_up);
+  // A term begins after this step: what steps after it were told belongs to a former one.
+  void begin_term_after(std::uint64_t last_step);
   // Call after all of it has been sent.
   void clear();
 
@@ -60,8 +62,8 @@ struct Outbox {
   std::uint64_t step = 0;
   std::uint64_t samples_refused = 0;
   Vec3 gravity_target_m_per_s2 = Vec3::Zero();
-  double speed = 1;
-  double ends_s = 0;  // a record that is played ends there; 0: live
+  double speed = 1, speed_set = 1;  // now, and when it isn't paused
+  double ends_s = 0;                // a record that is played ends there; 0: live
   std::uint32_t frozen_tools = 0;
   std::optional<std::string> end_reason;
 };

@@ -37,7 +37,7 @@ class RecordServer {
     if (net_->viewers() < options_.wait_for_viewers) log_info("waiting for viewers");
     while (!stop_was_requested() && net_->viewers() < options_.wait_for_viewers) listen();
     log_info("the record is shown from " + seconds(record_.time_s()) + " to " + seconds(record_.end_s()));
-    net_->set_speed(pace_.now());
+    net_->set_pace(pace_);
     net_->set_end(record_.end_s());
     show(true);
     Clock::time_point then = Clock::now();
@@ -95,8 +95,9 @@ class RecordServer {
   void begin_term() {
     PlayedWorld& world = record_.world();
     bodies_count_ = world.meshes().size();
-    net_->take_over({next_term(net_->epoch()), scene(), world.meshes(), {}, {}, nullptr, nullptr});
-    net_->set_speed(pace_.now());
+    net_->take_over(
+        {.epoch = next_term(net_->epoch()), .scene = scene(), .meshes = world.meshes(), .steps = world.news().step});
+    net_->set_pace(pace_);
     world.forget_deltas();
   }
 
@@ -129,7 +130,7 @@ class RecordServer {
       case OrderKind::pause:
       case OrderKind::go_on:
       case OrderKind::set_speed:
-        return net_->set_speed(pace_.now());
+        return net_->set_pace(pace_);
       case OrderKind::begin_anew:
         return go_to(0, EventKind::begun_anew, "the record is shown from its beginning, at ");
       case OrderKind::seek:

@@ -228,6 +228,7 @@ void Publisher::send_status(const Outbox& batch) {
   status.viewers = endpoints_.writer<SessionEvent>().readers();
   status.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
   status.speed = batch.speed;
+  status.speed_set = batch.speed_set;
   status.ends_s = batch.ends_s;
   status.frozen_tools = batch.frozen_tools;
   status.bodies = versions();

@@ -82,7 +82,11 @@ class NetworkSide {
   void announce() {
     if (publisher_) publisher_->announce();
   }
-  void repeat(const Succession& succession) { publisher_->repeat(succession.last_deltas, succession.last_events); }
+  std::deque<StepRecord> take_last_steps() { return feed_ ? feed_->take_last_steps() : std::deque<StepRecord>(); }
+  void go_on(Succession succession) {
+    publisher_->repeat(succession.last_deltas, succession.last_events);
+    feed_->go_on_after(succession.steps, std::move(succession.last_steps));
+  }
 
  private:
   void run();
@@ -105,12 +109,13 @@ void NetworkSide::send(Outbox& batch) {
   publisher_->serve_viewers();
   feed_->sent(batch.step);
   feed_->serve(handover_.shows_life());
-  for (const ProgramId& program : feed_->take_standbys()) others_.know_standby(program);
+  for (const ProgramId& program : feed_->take_standbys()) others_.know_standby(program, feed_->epoch());
 }
 
-// The server may die, and another standby may follow it sooner.
+// The server may die: one of them follows it.
 void NetworkSide::hear_standbys() {
-  while (endpoints_.take<StepRequest>()) others_.know_standby(endpoints_.sender<StepRequest>());
+  while (const auto request = endpoints_.take<StepRequest>())
+    others_.know_standby(endpoints_.sender<StepRequest>(), request->epoch);
 }
 
 void NetworkSide::run() {
@@ -243,8 +248,11 @@ std::uint32_t ServerNet::frozen_tools() const {
   return state_->intake.frozen_tools();
 }
 
-void ServerNet::set_speed(double speed) {
-  state_->handover.put([&](Outbox& outbox) { outbox.speed = speed; });
+void ServerNet::set_pace(const Pace& pace) {
+  state_->handover.put([&](Outbox& outbox) {
+    outbox.speed = pace.now();
+    outbox.speed_set = pace.speed();
+  });
 }
 
 void ServerNet::set_end(double ends_s) {
@@ -276,8 +284,10 @@ void ServerNet::take_over(Succession succession) {
   s.body_infos = succession.scene.bodies;
   s.options.inputs = succession.inputs;
   s.options.record = succession.record;
+  if (succession.last_steps.empty()) succession.last_steps = s.network.take_last_steps();
   s.network.lead(s.options, succession.scene, std::move(succession.meshes));
-  s.network.repeat(succession);
+  s.handover.put([&](Outbox& outbox) { outbox.begin_term_after(succession.steps); });
+  s.network.go_on(std::move(succession));
   s.begin();
 }
 

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,7 @@
 #include "sim_server/net/follower.h"
 #include "sim_server/net/other_servers.h"
 #include "sim_server/net/outbox.h"
+#include "sim_server/net/pace.h"
 #include "sim_server/session/input_log.h"
 
 namespace sectio {
@@ -26,12 +28,14 @@ namespace sectio {
 // All that a standby knows when it takes a session over.
 struct Succession {
   std::uint64_t epoch = 0;
-  SceneInfo scene;  // with the parts that have come off
-  std::vector<TriangleMesh> meshes;
-  std::vector<BodyDelta> last_deltas;  // viewers may not have got these
-  std::vector<Event> last_events;
-  InputLog* inputs = nullptr;       // ServerNetOptions::inputs, from now on
-  SessionRecord* record = nullptr;  // likewise
+  SceneInfo scene = {};  // with the parts that have come off
+  std::vector<TriangleMesh> meshes = {};
+  std::vector<BodyDelta> last_deltas = {};  // viewers may not have got these
+  std::vector<Event> last_events = {};
+  std::uint64_t steps = 0;                 // steps that have been run
+  std::deque<StepRecord> last_steps = {};  // for another standby, where none are kept on a disk
+  InputLog* inputs = nullptr;              // ServerNetOptions::inputs, from now on
+  SessionRecord* record = nullptr;         // likewise
 };
 
 struct ServerNetOptions {
@@ -65,8 +69,8 @@ class ServerNet {
   // Nobody moves a frozen tool, and its hand feels nothing. Simulation's thread.
   void set_frozen(std::uint32_t tool_id, bool frozen);
   std::uint32_t frozen_tools() const;  // bit t: tool t
-  // The speed that the status tells from now on: 0 while paused. Simulation's thread.
-  void set_speed(double speed);
+  // The pace that the status tells from now on. Simulation's thread.
+  void set_pace(const Pace& pace);
   void set_end(double ends_s);  // a record that is played ends there; 0: live
 
   // A standby becomes the server of its session, or its server begins it anew. Simulation's thread.

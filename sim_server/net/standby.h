@@ -14,13 +14,18 @@ class Standby {
   // The session outlives it.
   explicit Standby(LiveSession& session) : session_(session) {}
 
-  // Runs the steps of another server. True when it has fallen silent, and this one is to go on; false at the end.
-  // Throws std::runtime_error when this can be no standby for it.
+  // Runs the steps of the server that leads the session, whichever program that is, and goes back when it does. True
+  // when it has fallen silent, and this one is to go on; false at the end. Throws std::runtime_error when this can be
+  // no standby for it.
   bool follow();
   void take_over();
 
  private:
   void rejoin_if_servers_are_there();
+  void notice_another_server();
+  bool is_to_go_on() const;
+  bool is_far_behind() const;
+  void go_back(const std::string& why);
   void follow_step(const StepRecord& record);
   void keep_news();
 
@@ -30,8 +35,12 @@ class Standby {
     std::vector<BodyDelta> deltas;
     std::vector<Event> events;
   };
-  bool knows_orders_ = false;  // it has heard which orders hold in the session
-  std::deque<Recent> recent_;  // steps whose outputs viewers may not have got
+  bool knows_orders_ = false;           // it has heard which orders hold in the session
+  std::deque<Recent> recent_;           // steps whose outputs viewers may not have got
+  std::deque<StepRecord> last_inputs_;  // without a journal
+  std::uint64_t followed_ = 0;          // epoch of the server that was heard last
+  bool in_step_ = false;
+  int chances_ = 0;  // it may go back so often to find the past of its server; the first one has to have its own
 };
 
 }  // namespace sectio

@@ -131,7 +131,12 @@ inline ServerStatus some_status() {
           {{5, 99}},
           Vec3(3, 0, -9),
           {{0.1, 0.2, 0.3, 1.5, 1e-6, 1e-5, 9, true}},
-          {some_report()}};
+          {some_report()},
+          0,
+          77.5,
+          5,
+          0.25,
+          12};
 }
 
 inline SessionEnd some_end() {
