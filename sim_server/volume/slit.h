@@ -34,8 +34,8 @@ class Slit {
   // next one does, over `smooth_m` of the way. Around a corner it faces to the same side of the way. A strip that no
   // way leads from to the end is of the cut if it lies roughly along it.
   std::vector<Vec3> facing(const Vec3& normal, double smooth_m) const;
-  // The plane of such a strip, the closest one within `beside_m`, or one through the edge in which two strips meet, for a
-  // place outside that corner. `facing`: a normal for each strip.
+  // The plane of such a strip, the closest one within `beside_m`; for a place outside a corner one through the edge in
+  // which two strips meet. `facing`: a normal for each strip.
   std::optional<SlitPlane> plane_facing(const Vec3& at_m, double beside_m, std::span<const Vec3> facing) const;
   // The parts of an edge that are in a slit, and in tissue that is uncut. `at`: its place from 0 at the tip to 1 at the
   // heel; `is_tissue`: whether there is any at a place.
