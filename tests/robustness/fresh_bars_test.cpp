@@ -50,21 +50,15 @@ std::string make_bar(std::uint64_t seed, const std::string& directory) {
                             height_m / 2 + (lies ? 0.004 : kBelowBar_m), speed_m_per_s);
   leave_files(directory, bar, trace);
   const double freed_ml = 1e6 * (length_m / 2 - cut_at_m) * width_m * height_m;
-  std::ofstream(directory + "/scene.yaml")
-      << "session: bar_" << seed << "\nstep_s: auto\nduration_s: " << trace.back().time_s + 1.2
-      << "\nfloor_z_m: " << (lies ? -0.0005 : 0)
-      << "\nexpect: {incisions: 1, pieces_freed: 1, freed_ml: " << 0.85 * freed_ml << " to " << 1.15 * freed_ml
-      << R"(, removed_ml: at most 0.1}
-camera: {eye_world_m: [0.11, -0.17, 0.15], target_world_m: [0.01, 0, 0.045], field_of_view_deg: 35}
-bodies:
-  - name: bar
-    mesh: {file: body.obj, unit: m}
-)" << keys.text()
-      << "    fixed: {min_world_m: [-1, -1, -1], max_world_m: [" << -0.35 * length_m << R"(, 1, 1]}
-tools:
-  - {name: knife, kind: knife, trace: hand.csv, geometry: {a_tool_m: [0, 0, 0], b_tool_m: [0, 0, 0.13], c_tool_m:
-     [0.002, 0, 0.126], d_tool_m: [0.002, 0, 0.13], sharp_length_m: 0.12}}
-)";
+  leave_scene(directory, {.session = "bar_" + std::to_string(seed),
+                          .expect = "incisions: 1, " + about_freed(freed_ml),
+                          .body = keys,
+                          .held_to_m = -0.35 * length_m,
+                          .floor_z_m = lies ? -0.0005 : 0,
+                          .duration_s = trace.back().time_s + 1.2,
+                          .shaft_m = 0.13,
+                          .edge_m = 0.126,
+                          .sharp_m = 0.12});
   std::ostringstream words;
   words << 1e3 * length_m << " x " << 1e3 * width_m << " x " << 1e3 * height_m << " mm, " << 1e3 * speed_m_per_s
         << " mm/s\n"

@@ -85,6 +85,35 @@ inline void leave_files(const std::string& directory, const TriangleSoup& soup, 
   }
 }
 
+// A volume that is held from one end up to a place along x, and a knife.
+struct KnifeScene {
+  std::string session, expect;
+  VolumeKeys body;
+  double held_to_m = 0, floor_z_m = 0, duration_s = 0;
+  double shaft_m = 0, edge_m = 0, sharp_m = 0;  // of the knife: lengths of its back and its edge, and how much is sharp
+};
+inline void leave_scene(const std::string& directory, const KnifeScene& scene) {
+  std::ofstream(directory + "/scene.yaml")
+      << "session: " << scene.session << "\nstep_s: auto\nduration_s: " << scene.duration_s
+      << "\nfloor_z_m: " << scene.floor_z_m << "\nexpect: {" << scene.expect << R"(, removed_ml: at most 0.1}
+camera: {eye_world_m: [0.11, -0.17, 0.15], target_world_m: [0.01, 0, 0.045], field_of_view_deg: 35}
+bodies:
+  - name: tissue
+    mesh: {file: body.obj, unit: m}
+)" << scene.body.text()
+      << "    fixed: {min_world_m: [-1, -1, -1], max_world_m: [" << scene.held_to_m << R"(, 1, 1]}
+tools:
+  - {name: knife, kind: knife, trace: hand.csv, geometry: {a_tool_m: [0, 0, 0], b_tool_m: [0, 0, )"
+      << scene.shaft_m << "], c_tool_m:\n     [0.002, 0, " << scene.edge_m << "], d_tool_m: [0.002, 0, "
+      << scene.shaft_m << "], sharp_length_m: " << scene.sharp_m << "}}\n";
+}
+// What is expected of a scene's `freed_ml`, within 15 %.
+inline std::string about_freed(double ml) {
+  std::ostringstream out;
+  out << "pieces_freed: 1, freed_ml: " << 0.85 * ml << " to " << 1.15 * ml;
+  return out.str();
+}
+
 // make_scene() leaves a scene of that seed in the directory, and returns a line for a person.
 using MakeScene = std::function<std::string(std::uint64_t seed, const std::string& directory)>;
 inline void play(const MakeScene& make_scene, std::uint64_t bodies = 4) {

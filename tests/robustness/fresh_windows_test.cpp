@@ -81,20 +81,14 @@ std::string make_window(std::uint64_t seed, const std::string& directory) {
   const auto trace = round_stroke(window, middle_m, begins_rad, height_m, speed_m_per_s);
   leave_files(directory, plate, trace);
   const double freed_ml = 1e6 * window.area_m2() * height_m;
-  std::ofstream(directory + "/scene.yaml")
-      << "session: window_" << seed << "\nstep_s: auto\nduration_s: " << trace.back().time_s + 0.5
-      << "\nfloor_z_m: 0\nexpect: {pieces_freed: 1, freed_ml: " << 0.85 * freed_ml << " to " << 1.15 * freed_ml
-      << R"(, removed_ml: at most 0.1}
-camera: {eye_world_m: [0.08, -0.12, 0.15], target_world_m: [0.01, 0, 0.045], field_of_view_deg: 35}
-bodies:
-  - name: plate
-    mesh: {file: body.obj, unit: m}
-)" << keys.text()
-      << "    fixed: {min_world_m: [-1, -1, -1], max_world_m: [" << held_to_m << R"(, 1, 1]}
-tools:
-  - {name: knife, kind: knife, trace: hand.csv, geometry: {a_tool_m: [0, 0, 0], b_tool_m: [0, 0, 0.08], c_tool_m:
-     [0.002, 0, 0.06], d_tool_m: [0.002, 0, 0.08], sharp_length_m: 0.06}}
-)";
+  leave_scene(directory, {.session = "window_" + std::to_string(seed),
+                          .expect = about_freed(freed_ml),
+                          .body = keys,
+                          .held_to_m = held_to_m,
+                          .duration_s = trace.back().time_s + 0.5,
+                          .shaft_m = 0.08,
+                          .edge_m = 0.06,
+                          .sharp_m = 0.06});
   std::ostringstream words;
   words << 2e3 * window.half_side_m << " mm, corners of " << 1e3 * window.corner_m << " mm, in " << 1e3 * height_m
         << " mm, " << 1e3 * speed_m_per_s << " mm/s\n"
