@@ -90,7 +90,7 @@ struct KnifeScene {
   std::string session, expect;
   VolumeKeys body;
   double held_to_m = 0, floor_z_m = 0, duration_s = 0;
-  double shaft_m = 0, edge_m = 0, sharp_m = 0;  // of the knife: lengths of its back and its edge, and how much is sharp
+  double shaft_m = 0, edge_m = 0, sharp_m = 0;  // the knife's back, its edge, and the sharp part of it
 };
 inline void leave_scene(const std::string& directory, const KnifeScene& scene) {
   std::ofstream(directory + "/scene.yaml")
@@ -107,7 +107,7 @@ tools:
       << scene.shaft_m << "], c_tool_m:\n     [0.002, 0, " << scene.edge_m << "], d_tool_m: [0.002, 0, "
       << scene.shaft_m << "], sharp_length_m: " << scene.sharp_m << "}}\n";
 }
-// What is expected of a scene's `freed_ml`, within 15 %.
+// One piece, with this volume within 15 %.
 inline std::string about_freed(double ml) {
   std::ostringstream out;
   out << "pieces_freed: 1, freed_ml: " << 0.85 * ml << " to " << 1.15 * ml;
