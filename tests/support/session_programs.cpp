@@ -30,6 +30,11 @@ std::unique_ptr<Process> SessionPrograms::server(Flags more, int viewers) const 
   return program("sim_server", in_session(more));
 }
 
+std::unique_ptr<Process> SessionPrograms::one(const std::string& name, Flags more) const {
+  more.insert(more.end(), {"--scene", kScene, "--export", file(name)});
+  return program("sim_server", in_session(more));
+}
+
 std::unique_ptr<Process> SessionPrograms::bridge() const {
   return program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server"}));
 }

@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/dds_session.h"
@@ -30,6 +32,8 @@ class SessionPrograms : public testing::Test {
 
   // The clock starts when the viewers and all instruments are there.
   std::unique_ptr<Process> server(Flags more, int viewers = 1) const;
+  // A server of kScene that exports to a folder of this name.
+  std::unique_ptr<Process> one(const std::string& name, Flags more) const;
   std::unique_ptr<Process> bridge() const;
   std::unique_ptr<Process> viewer(const std::string& name, Flags more = {}) const;
 
@@ -37,6 +41,8 @@ class SessionPrograms : public testing::Test {
   nlohmann::json json(const std::string& name) const;
   void write(const std::string& name, const std::string& text) const { std::ofstream(file(name)) << text; }
 
+  // Time is asked of a clock here: for tests that vary the moment at which something happens.
+  static void let_pass(std::chrono::milliseconds time) { std::this_thread::sleep_for(time); }
   static void expect_equal_at_the_end(Process& viewer);
   // The hash of the body in the folder to which a server exported.
   std::string hash_of(const std::string& folder) const {

@@ -1,7 +1,6 @@
 // A standby follows the server of a session when that one dies, at any moment, and nobody notices more than a pause.
 #include <filesystem>
 #include <sstream>
-#include <thread>
 
 #include "common/dds/endpoints.h"
 #include "common/messages/epoch.h"
@@ -16,15 +15,7 @@ using test::Flags;
 using test::Process;
 using Clock = std::chrono::steady_clock;
 
-class Standby : public test::SessionPrograms {
- protected:
-  std::unique_ptr<Process> one(const std::string& name, Flags more) const {
-    more.insert(more.end(), {"--scene", kScene, "--export", file(name)});
-    return program("sim_server", in_session(more));
-  }
-  // Time is asked of a clock here: the moment of a death is what the test varies.
-  static void let_pass(std::chrono::milliseconds time) { std::this_thread::sleep_for(time); }
-};
+class Standby : public test::SessionPrograms {};
 
 // A scene whose server says nothing more.
 SceneInfo mute_scene(const std::string& session) {

@@ -2,11 +2,11 @@
 // session that begins anew or goes back.
 #include <algorithm>
 #include <array>
-#include <thread>
 #include <tuple>
 #include <utility>
 
 #include "tests/support/environment.h"
+#include "tests/support/patience.h"
 #include "tests/support/random.h"
 #include "tests/support/session_programs.h"
 
@@ -18,10 +18,6 @@ using test::Process;
 
 class Standbys : public test::SessionPrograms {
  protected:
-  std::unique_ptr<Process> one(const std::string& name, Flags more) const {
-    more.insert(more.end(), {"--scene", kScene, "--export", file(name)});
-    return program("sim_server", in_session(more));
-  }
   std::unique_ptr<Process> standby(const std::string& name, Flags more = {"--play-traces"}) const {
     more.push_back("--standby");
     auto started = one(name, more);
@@ -53,8 +49,7 @@ class Standbys : public test::SessionPrograms {
   // Kills the leader; returns the one that goes on, and the one that stays a standby.
   static std::pair<Process*, Process*> follow_after_death(Process& leader, Process& a, Process& b) {
     kill(leader);
-    for (int looks = 0; looks < 60'000 && !goes_on(a) && !goes_on(b); ++looks) let_pass(std::chrono::milliseconds(1));
-    EXPECT_TRUE(goes_on(a) || goes_on(b)) << a.output() << b.output();
+    EXPECT_TRUE(test::wait_until([&] { return goes_on(a) || goes_on(b); })) << a.output() << b.output();
     Process &leads = goes_on(a) ? a : b, &stays = goes_on(a) ? b : a;
     EXPECT_TRUE(caught_up_after(kNext, stays)) << stays.output() << leads.output();
     EXPECT_FALSE(goes_on(stays)) << stays.output();
@@ -64,8 +59,6 @@ class Standbys : public test::SessionPrograms {
     process.send(SIGKILL);
     EXPECT_TRUE(process.exit_code());
   }
-  // Time is asked of a clock here: the moment of a death is what the test varies.
-  static void let_pass(std::chrono::milliseconds time) { std::this_thread::sleep_for(time); }
 };
 
 // SECTIO_DEATHS sessions, in each of which two servers die.
