@@ -45,20 +45,21 @@ void TemplateCutting::follow(const SharedBody& body, const TopologyChange& chang
 }
 
 std::optional<CutPoint> TemplateCutting::cut_point(const SharedBody& body, std::uint32_t edge_id) const {
+  std::optional<CutPoint> found;
   const TemplateStroke* stroke = cuts_->stroke_of(edge_id);
-  if (!stroke) return std::nullopt;
+  if (!stroke) return found;
   const PlaceOfStroke& place = stroke->place;
-  CutPoint point;
+  CutPoint& point = found.emplace();  // not moved in: gcc would take its blade for uninitialized
   point.point_world_m = place.point_world_m;
   point.near = place.corners[0];
   point.follows = place.top;
   point.blade = stroke->blade;
   const MeshDraft now(body.mesh, body.particles.view());
   const auto& v = place.corners;
-  if (now.find_triangle(v[0], v[1], v[2]) == kNone) return point;
+  if (now.find_triangle(v[0], v[1], v[2]) == kNone) return found;
   point.rest_body_m = VertexState::mix({now.state(v[0]), now.state(v[1]), now.state(v[2])}, place.bary).rest_body_m;
   point.normal_body = rest_normal_of(now, v);
-  return point;
+  return found;
 }
 
 }  // namespace sectio
