@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "common/core/error.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio {
