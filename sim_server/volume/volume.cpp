@@ -54,11 +54,12 @@ VolumePart Volume::part(std::span<const VertexId> slots) const {
   return part;
 }
 
-// A vertex that the deformation does not have yet has no momentum.
+// A vertex that the deformation does not have yet has no momentum. The topology may not have all of them any more.
 Volume::Momentum Volume::momentum(const SharedBody& body, std::vector<VertexId> ascending) const {
   Momentum sum{std::move(ascending)};
   for (const VertexId v : sum.vertices)
-    if (v < body.particles.size()) sum.sum_n_s += deformation.model().mass_kg(v) * state_of(body, v).velocity_m_per_s;
+    if (v < body.particles.size())
+      sum.sum_n_s += deformation.model().mass_kg(v) * body.particles.velocity_world_m_per_s[v].head<3>().cast<double>();
   return sum;
 }
 
