@@ -4,6 +4,8 @@
 #include <memory>
 #include <utility>
 
+#include "sim_server/surface/cutting/stroke_walk.h"
+
 namespace sectio {
 
 struct SurfaceCutting::Ticket final : CutTicket {
@@ -12,6 +14,14 @@ struct SurfaceCutting::Ticket final : CutTicket {
   std::shared_ptr<const SurfaceCuts> after;
   LipSearch search;
 };
+
+// A blade whose cut has met another one is in the groove still when a piece leaves beside it: at the rim of the hole,
+// over which it goes on.
+void SurfaceCutting::stand_at_rim(const MeshDraft& now, const Grooves& grooves, Stroke& stroke) const {
+  if (!stroke.seen.on_lid_body_m) return;
+  if (const auto rim = nearest_on_curves(now, grooves, *stroke.seen.on_lid_body_m, settings_.leaves_m))
+    stand_beside(now, stroke, rim->lip.from);
+}
 
 CutPlan SurfaceCutting::plan(const SharedBody& body, std::span<const Entry> entries,
                              std::span<const BladeMotion> motions) const {
@@ -52,10 +62,15 @@ void SurfaceCutting::follow(const SharedBody& body, const TopologyChange& change
   const auto is_gone = [&](VertexId v) { return std::ranges::binary_search(gone, v); };
   SurfaceCuts left = *cuts_;
   left.grooves.forget(gone);
+  const MeshDraft now(body.mesh, body.particles.view());
+  for (Stroke& s : left.strokes) {
+    if (is_gone(s.first)) s.first = kNone;
+    if (!s.cuts() && std::ranges::any_of(s.touched, is_gone)) stand_at_rim(now, left.grooves, s);
+  }
   std::erase_if(left.strokes, [&](const Stroke& s) {
-    return is_gone(s.cell.apex) || is_gone(s.start) || is_gone(s.bottom) || is_gone(s.first) ||
-           is_gone(s.temporary_tip) || std::ranges::any_of(s.cell.rim, is_gone) ||
-           std::ranges::any_of(s.touched, is_gone);
+    if (!s.cuts()) return std::ranges::any_of(s.touched, is_gone);
+    return is_gone(s.cell.apex) || is_gone(s.start) || is_gone(s.bottom) || is_gone(s.temporary_tip) ||
+           std::ranges::any_of(s.cell.rim, is_gone);
   });
   cuts_ = std::make_shared<const SurfaceCuts>(std::move(left));
 }

@@ -34,6 +34,7 @@ class SurfaceCutting final : public CuttingEngine {
 
  private:
   struct Ticket;
+  void stand_at_rim(const MeshDraft& now, const Grooves& grooves, Stroke& stroke) const;
 
   StrokeSettings settings_;
   bool loops_free_islands_;

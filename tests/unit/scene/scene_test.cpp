@@ -442,7 +442,7 @@ TEST(Scenes, scenes_of_the_project_load_and_their_traces_begin_and_end_clear_of_
         }
     }
   }
-  EXPECT_EQ(count, 53) << "a scene that is added is counted here, so that none is left out";
+  EXPECT_EQ(count, 54) << "a scene that is added is counted here, so that none is left out";
 }
 
 }  // namespace
