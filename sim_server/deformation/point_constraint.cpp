@@ -10,6 +10,8 @@ namespace {
 constexpr int kSweeps = 8;
 // An instrument drives a sample ahead of itself as fast as it goes, and a little faster: a jump takes some steps.
 constexpr double kFaster_m_per_s = 0.1;
+// No constraint drives a point faster in a step: those that lie further off their target are left alone in it.
+constexpr double kDrivenBy_m_per_s = 2 * kFastestHand_m_per_s;
 constexpr double kConverged = 1e-2;  // samples that rub: a sweep that changes no impulse by this share is the last
 
 // The impulse (N s) still missing at the constrained point; `so_far` is the sum over earlier sweeps.
@@ -95,27 +97,31 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
              std::span<Vec4f> velocity_m_per_s, std::span<Reaction> reactions) {
   SECTIO_ASSERT(reactions.size() == constraints.size(), "one reaction a constraint");
   std::fill(reactions.begin(), reactions.end(), Reaction{});
-  const bool samples = std::ranges::any_of(constraints, is_sample);
   thread_local std::vector<double> inverse_of;
-  inverse_of.assign(constraints.size(), 0);
-  for (std::size_t n = 0; n < constraints.size(); ++n)
-    for (const auto& [particle, weight] : supports.of(n)) inverse_of[n] += weight * weight * inverse_mass[particle];
   thread_local std::vector<DepthsBefore> before;
+  thread_local std::vector<std::uint32_t> near;
+  inverse_of.assign(constraints.size(), 0);
   before.assign(constraints.size(), {});
-  for (std::size_t n = 0; n < constraints.size(); ++n)
-    if (is_sample(constraints[n])) {
-      const Vec3 free = carried(supports.of(n), position_world_m);
-      const Vec3 begun = free - step_s * carried(supports.of(n), velocity_m_per_s);
-      before[n] = {depth_of(constraints[n], begun), depth_of(constraints[n], free)};
-    }
-  for (std::size_t n = 0; n < constraints.size(); ++n)
-    if (inverse_of[n] == 0) reactions[n] = reaction_of_wall(constraints[n], carried(supports.of(n), position_world_m));
+  near.clear();
+  bool samples = false;
+  for (std::uint32_t n = 0; n < constraints.size(); ++n) {
+    const PointConstraint& c = constraints[n];
+    const auto by = supports.of(n);
+    const Vec3 free = carried(by, position_world_m);
+    if (is_sample(c)) samples = true;
+    if (c.unilateral && depth_of(c, free) < -kDrivenBy_m_per_s * step_s) continue;
+    for (const auto& [particle, weight] : by) inverse_of[n] += weight * weight * inverse_mass[particle];
+    if (is_sample(c)) before[n] = {depth_of(c, free - step_s * carried(by, velocity_m_per_s)), depth_of(c, free)};
+    if (inverse_of[n] > 0)
+      near.push_back(n);
+    else
+      reactions[n] = reaction_of_wall(c, free);
+  }
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double largest = 0, largest_change = 0;
-    for (std::size_t n = 0; n < constraints.size(); ++n) {
+    for (const std::uint32_t n : near) {
       const auto by = supports.of(n);
       const double inverse = inverse_of[n];
-      if (!(inverse > 0)) continue;
       const Vec3 so_far = -step_s * reactions[n].force_on_tool_n;
       const PointConstraint& c = constraints[n];
       const Vec3 point = carried(by, position_world_m);
@@ -134,10 +140,10 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
       largest = std::max(largest, reactions[n].force_on_tool_n.squaredNorm());
       largest_change = std::max(largest_change, impulse.squaredNorm() / (step_s * step_s));
     }
-    if (samples && largest_change <= kConverged * kConverged * largest) break;
+    if (largest_change == 0 || (samples && largest_change <= kConverged * kConverged * largest)) break;
   }
-  for (std::size_t n = 0; n < constraints.size(); ++n)
-    if (inverse_of[n] > 0)
+  for (const std::uint32_t n : near)
+    if (reactions[n].active)
       reactions[n].work_j = -step_s * reactions[n].force_on_tool_n.dot(carried(supports.of(n), velocity_m_per_s));
 }
 
