@@ -20,22 +20,31 @@ constexpr std::size_t kLabelsTold = 12;
 
 using Image = std::unique_ptr<nifti_image, decltype(&nifti_image_free)>;
 
-// A compressed image that was torn off would be read as far as it goes, and the rest as zeros.
-void check_whole(const std::string& path) {
-  if (!path.ends_with(".gz")) return;
-  const gzFile file = gzopen(path.c_str(), "rb");
+// An image that was torn off would be read as far as it goes, and the rest as zeros.
+void check_whole(const nifti_image& header) {
+  const gzFile file = gzopen(header.iname, "rb");  // reads what is not compressed as well
   if (file == nullptr) throw std::runtime_error("can't be read");
   std::vector<char> some(1 << 20);
+  std::uint64_t bytes = 0;
   int got = 0;
-  do got = gzread(file, some.data(), static_cast<unsigned>(some.size()));
-  while (got > 0);
+  do {
+    got = gzread(file, some.data(), static_cast<unsigned>(some.size()));
+    bytes += static_cast<std::uint64_t>(std::max(0, got));
+  } while (got > 0);
   const bool closed_well = gzclose_r(file) == Z_OK;  // not when the stream ended in its middle
   if (got < 0 || !closed_well) throw std::runtime_error("damaged file: its compressed data are not whole");
+  const double needed =
+      std::max(0.0, static_cast<double>(header.iname_offset)) + static_cast<double>(header.nvox) * header.nbyper;
+  if (static_cast<double>(bytes) < needed)
+    throw std::runtime_error("damaged file: it ends after " + std::to_string(bytes) + " of " +
+                             std::to_string(static_cast<std::uint64_t>(needed)) + " bytes");
 }
 
 Image read_image(const std::string& path) {
-  check_whole(path);
   nifti_set_debug_level(0);
+  const Image header(nifti_image_read(path.c_str(), 0), &nifti_image_free);
+  if (!header || header->iname == nullptr) throw std::runtime_error("damaged file, or not a NIfTI image");
+  check_whole(*header);
   Image image(nifti_image_read(path.c_str(), 1), &nifti_image_free);
   if (!image || image->data == nullptr) throw std::runtime_error("damaged file, or not a NIfTI image");
   const auto voxels = static_cast<double>(image->nx) * image->ny * image->nz;

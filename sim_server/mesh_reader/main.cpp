@@ -36,8 +36,12 @@ namespace {
 constexpr int kMaxNodeDepth = 200;
 constexpr std::size_t kMostOfError = 120;  // some of the importer's messages quote the rest of the file
 
+// A limit that is lower already, of whoever started the program, stays.
 void limit_resource(decltype(RLIMIT_CPU) resource, std::uint64_t value) {
-  const rlimit limit{static_cast<rlim_t>(value), static_cast<rlim_t>(value)};
+  rlimit limit{};
+  if (getrlimit(resource, &limit) != 0) throw std::runtime_error("getrlimit failed");
+  limit.rlim_max = std::min(limit.rlim_max, static_cast<rlim_t>(value));
+  limit.rlim_cur = std::min(limit.rlim_cur, limit.rlim_max);
   if (setrlimit(resource, &limit) != 0) throw std::runtime_error("setrlimit failed");
 }
 
