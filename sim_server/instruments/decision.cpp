@@ -1,5 +1,7 @@
 #include "sim_server/instruments/instrument.h"
 
+#include <algorithm>
+
 namespace sectio {
 namespace {
 
@@ -37,6 +39,11 @@ bool correct_direction(const InstrumentShape& shape, const Pose& pose, const Vec
 Jaws jaws_between(double opening_before_rad, double opening_rad) {
   const double by_rad = opening_rad - opening_before_rad;
   return by_rad < -kStill_rad ? Jaws::closing : by_rad > kStill_rad ? Jaws::opening : Jaws::still;
+}
+
+double share_of_push(double step_s) {
+  constexpr double kFilter_s = 0.005;
+  return std::min(1.0, step_s / kFilter_s);
 }
 
 bool ruptures(const RuptureThreshold& threshold, double force_n, double displacement_m, bool has_just_cut) {

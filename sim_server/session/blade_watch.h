@@ -30,14 +30,14 @@ class BladeWatch {
  private:
   struct Blade {
     bool watched = false;  // it can cut, has not, and has not been warned of
-    double contact_time_s = 0, largest_force_n = 0;
+    double contact_time_s = 0, smooth_force_n = 0, largest_force_n = 0;
     std::uint32_t body_id = 0;  // reason of its last refused cut
     std::string refusal;        // reason for refusing its last refused cut
     std::string remark;         // on a cut that it did not begin
 
     template <class A>
     void archive(A& a) {
-      a(watched, contact_time_s, largest_force_n, body_id, refusal, remark);
+      a(watched, contact_time_s, smooth_force_n, largest_force_n, body_id, refusal, remark);
     }
   };
   std::string warning(std::uint32_t tool) const;

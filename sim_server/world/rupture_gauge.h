@@ -1,8 +1,6 @@
 // Whether the surface breaks under what presses it: the push through a low-pass, against the threshold of the tissue.
 #pragma once
 
-#include <algorithm>
-
 #include "sim_server/instruments/instrument.h"
 
 namespace sectio {
@@ -12,7 +10,7 @@ class RuptureGauge {
   explicit RuptureGauge(const RuptureThreshold& threshold) : threshold_(threshold) {}
 
   void push(double push_n, double step_s) {
-    smooth_push_n_ += std::min(1.0, step_s / kFilter_s) * (push_n - smooth_push_n_);
+    smooth_push_n_ += share_of_push(step_s) * (push_n - smooth_push_n_);
   }
   // Nothing pushes any more.
   void release() { smooth_push_n_ = 0; }
@@ -28,8 +26,6 @@ class RuptureGauge {
   }
 
  private:
-  static constexpr double kFilter_s = 0.005;  // the filter of a device is as long
-
   RuptureThreshold threshold_;
   double smooth_push_n_ = 0;
   bool has_just_cut_ = false;

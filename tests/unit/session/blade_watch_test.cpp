@@ -52,6 +52,21 @@ TEST(BladeWatch, a_short_touch_that_pushes_too_lightly_is_named_at_the_end) {
                                                "0.2 N at most, and threshold_force_n is 0.5 N in liver"});
 }
 
+TEST(BladeWatch, a_push_that_was_too_short_counts_as_too_light) {
+  Watched w("scalpel");
+  w.scene.step_s = 0.001;
+  BladeWatch watch(w.scene);
+  StepOutput output;
+  output.contacts.resize(1);
+  output.contacts[0].state = ContactState::contact;
+  for (int k = 0; k < 2100; ++k) {
+    output.contacts[0].force_world_n = Vec3(0, 0, k == 100 ? 0.6 : 0.2);
+    for (std::string& text : watch.add(output)) w.warnings.push_back(std::move(text));
+  }
+  EXPECT_EQ(w.warnings, std::vector<std::string>{"tool tool has touched tissue for 2 s without cutting: it pushed with "
+                                                 "0.28 N at most, and threshold_force_n is 0.5 N in liver"});
+}
+
 TEST(BladeWatch, the_reason_of_refused_cuts_is_given) {
   Watched w("scalpel");
   w.touch(3, 2, {{0, EventKind::cut_refused, 0, 0, "no entry"}});
