@@ -81,6 +81,16 @@ int run_session(const RunFlags& flags) {
   }
   if (!options.record.empty() && flags.offline)
     throw InputError("--record: it is of a session on the network: --play-traces instead of --offline");
+  if (flags.offline)
+    for (const auto& [flag, given] : {std::pair("--endless", options.endless),
+                                      {"--domain", options.network.domain != 0},
+                                      {"--session", !options.network.session.empty()},
+                                      {"--peer", !options.network.peers.empty()},
+                                      {"--interface", !options.network.interfaces.empty()},
+                                      {"--wait-for-viewers", options.wait_for_viewers > 0},
+                                      {"--wait-for-tools", options.wait_for_tools},
+                                      {"--wait-for-bodies", options.wait_for_bodies}})
+      if (given) throw InputError(std::string(flag) + ": it is of a session on the network, without --offline");
   if (options.standby && flags.offline)
     throw InputError("--standby: it takes part in a session on the network, without --offline");
   if (!(options.fastest_m_per_s >= 0 && options.fastest_m_per_s <= 100))

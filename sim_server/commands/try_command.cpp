@@ -39,6 +39,8 @@ void check(const Flags& flags) {
   for (const auto& [flag, value] : {std::pair("--slower", o.hand.slower), std::pair("--faster", o.hand.faster)})
     refuse_unless(value > 0 && value <= 1000,
                   std::string(flag) + ": expected in (0, 1000], got " + std::to_string(value));
+  refuse_unless(o.hand.slower == 1 || o.hand.faster == 1, "--slower: expected without --faster");
+  refuse_unless(flags.back_mm == 0 || o.hand.lifts > 0, "--back-mm: needs --lifts, after which it is put down");
   refuse_unless(flags.at_least >= 0 && flags.at_least <= 1,
                 "--at-least: expected in [0, 1], got " + std::to_string(flags.at_least));
 }

@@ -37,6 +37,12 @@ TEST(TryCommand, a_scene_without_a_motion_is_told_what_can_be_done) {
                 scene + " --offline");
 }
 
+TEST(TryCommand, flags_that_do_not_go_together_are_refused) {
+  const std::string tried = kTriedScenes + "bar_volume_cut.yaml";
+  EXPECT_EQ(refusal_of_try({tried, "--back-mm", "3"}), "--back-mm: needs --lifts, after which it is put down");
+  EXPECT_EQ(refusal_of_try({tried, "--slower", "2", "--faster", "2"}), "--slower: expected without --faster");
+}
+
 TEST(TryCommand, a_directory_for_failures_that_can_not_be_made_is_told_before_the_runs) {
   testing::internal::CaptureStdout();
   EXPECT_EQ(refusal_of_try({kTriedScenes + "bar_volume_cut.yaml", "--failures", "/proc/sectio"}),
