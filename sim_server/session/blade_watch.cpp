@@ -59,8 +59,7 @@ std::vector<std::string> BladeWatch::add(const StepOutput& output) {
     if (contact.state == ContactState::free || contact.tool_id >= blades_.size()) continue;
     Blade& blade = blades_[contact.tool_id];
     blade.contact_time_s += scene_.step_s;
-    blade.smooth_force_n +=
-        share_of_push(scene_.step_s) * (contact.force_world_n.norm() - blade.smooth_force_n);
+    blade.smooth_force_n += share_of_push(scene_.step_s) * (contact.force_world_n.norm() - blade.smooth_force_n);
     blade.largest_force_n = std::max(blade.largest_force_n, blade.smooth_force_n);
     if (!blade.watched || blade.contact_time_s < kPatience_s) continue;
     blade.watched = false;

@@ -9,9 +9,7 @@ class RuptureGauge {
  public:
   explicit RuptureGauge(const RuptureThreshold& threshold) : threshold_(threshold) {}
 
-  void push(double push_n, double step_s) {
-    smooth_push_n_ += share_of_push(step_s) * (push_n - smooth_push_n_);
-  }
+  void push(double push_n, double step_s) { smooth_push_n_ += share_of_push(step_s) * (push_n - smooth_push_n_); }
   // Nothing pushes any more.
   void release() { smooth_push_n_ = 0; }
   // An instrument that has just been cutting breaks in again at less.
