@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kHeldFollows = 0.5;     // share of the way to where a held point should be, in one step
 constexpr double kGripDamps_s = 0.004;   // a spring's damping over its stiffness
+constexpr double kCrushed = 0.8;         // share of the volume at rest, or that of the present volume
 constexpr double kLargestForce_n = 1e6;  // a constraint that names none has this
 
 Vec3 point_of(const PointConstraint& constraint, const ParticleView& now) {
@@ -39,6 +40,19 @@ BodyContact contact_of(const PointConstraint& constraint, const ParticleView& no
   return c;
 }
 
+// A part that a blade has crushed on its way out would stay crushed for good.
+void take_rest_shape_if_crushed(const TriangleMesh& mesh, const Pose& frame_world, double rest_m3,
+                                std::vector<Vec3>& now_world_m) {
+  const MassProperties shape = mass_properties(now_world_m, mesh.triangles(), 1);
+  if (shape.volume_m3 >= kCrushed * rest_m3 && shape.volume_m3 <= rest_m3 / kCrushed) return;
+  Vec3 way_m = Vec3::Zero();
+  double alive = 0;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v)
+    if (mesh.vertex_alive(v)) way_m += now_world_m[v] - frame_world.to_world(mesh.rest_body_m(v)), ++alive;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v)
+    now_world_m[v] = frame_world.to_world(mesh.rest_body_m(v)) + way_m / alive;
+}
+
 }  // namespace
 
 std::unique_ptr<RigidMotion> RigidMotion::release(const SharedBody& part, const Pose& frame_world,
@@ -52,6 +66,7 @@ std::unique_ptr<RigidMotion> RigidMotion::release(const SharedBody& part, const 
     if (mesh.vertex_alive(v)) points.push_back({now[v], state.velocity(v), mass_kg[v]});
   }
   const double mass = mass_properties(mesh.rest_body_m(), mesh.triangles(), settings.density_kg_per_m3).mass_kg;
+  take_rest_shape_if_crushed(mesh, frame_world, mass / settings.density_kg_per_m3, now);
   const MassProperties shape = mass_properties(now, mesh.triangles(), 1);
   if (!(mass > 0) || !(shape.mass_kg > 0) || !(shape.inertia_kg_m2.determinant() > 0)) return nullptr;
 

@@ -1,6 +1,6 @@
 // The motion of a part that has stopped deforming: its vertices follow a rigid body. Its mass is density times the
-// volume at rest. Its shape is the one at the moment of release, so that no vertex jumps, and its motion begins with
-// the linear and angular momentum of the particles, by their own masses.
+// volume at rest. Its shape is the one at the moment of release, so that no vertex jumps (that at rest, if the part is
+// crushed), and its motion begins with the linear and angular momentum of the particles, by their own masses.
 //
 // step() only takes the constraints of instruments: they are contacts like those with other bodies and with the floor,
 // and are solved together with these (step/collide). Then move() moves the body.
