@@ -250,7 +250,7 @@ void EdgeContact::pressed(bool is_active) {
   const PointConstraint& c = constraints_.front();
   point_ = body_.position_at(c.v, {c.w[0], c.w[1], c.w[2]});
   const double above_m = (c.target_world_m - point_).dot(normal_);
-  if (!is_active && above_m > kLetGo_m) return set_free();
+  if (!is_active && above_m > kLetGo_m) return is_in_whole() ? slip_off(kThroughWhole) : set_free();
   const Vec3 undeformed = body_.undeformed_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
   const double displacement_m = (undeformed - c.target_world_m).dot(normal_);
   // A sharp edge that is pushed in deep breaks in; skin slips off what is blunt.
@@ -258,6 +258,11 @@ void EdgeContact::pressed(bool is_active) {
     return slip_off(kPushedThrough);
   if (!breaks_surface(displacement_m)) return;
   cuts() ? break_in({edge_.id(), press_.triangle(), press_.bary()}, as_it_presses()) : slip_off(kThroughWhole);
+}
+
+// A piece that gave way to the blade may have come back over it.
+bool EdgeContact::is_in_whole() const {
+  return !cuts() && !edge_.is_blunt() && !is_clear_of(body_, edge_);
 }
 
 bool EdgeContact::breaks_surface(double displacement_m) {

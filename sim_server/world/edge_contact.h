@@ -96,6 +96,7 @@ class EdgeContact {
   bool is_round() const { return RoundContact::is_for(body_, edge_); }
   // The body can be cut.
   bool cuts() const { return body_.deforms(); }
+  bool is_in_whole() const;
   // The edge begins to cut as soon as it reaches into tissue.
   bool may_enter() const;
 
