@@ -13,6 +13,9 @@
 namespace sectio {
 namespace {
 
+// The sum of the areas around a vertex as vectors falls short of the area by this share, on skin and at creases.
+constexpr double kFlat = 0.02, kCrease = 0.1;
+
 constexpr int kMostDivision = 4;  // largest division, by cuts, of the parts that an explicit step had at rest
 
 // The depth of the layer over the spacing of the vertices. A surface that is held out of a ball everywhere lies around
@@ -35,6 +38,17 @@ constexpr int kStableAfterCap = 50;  // steps
 
 constexpr double kReturn_m_per_s = 0.2;  // tissue that has come to be fixed goes to its place
 constexpr double kAtHome_m = 1e-6;
+
+// The part of the skin's pull on a vertex that its home spring balances at rest. On skin that is flat or gently curved
+// that is the part along the normal; what is left along the skin comes from uneven triangles, and vertices that a cut
+// makes have it, too. At a crease there is no such normal: uneven triangles would make a saw of it.
+Vec3 balanced_pull_n(const SpringStar& star) {
+  const double bent = 1 - star.outward_m2.norm() / std::max(3 * star.area_m2, 1e-30);
+  const double crease = std::clamp((bent - kFlat) / (kCrease - kFlat), 0.0, 1.0);
+  const Vec3 outward = star.outward_m2.stableNormalized();
+  const Vec3 along_normal = star.pull_n.dot(outward) * outward;
+  return along_normal + crease * (star.pull_n - along_normal);
+}
 
 }  // namespace
 
@@ -157,8 +171,7 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   rest_body_m_[v] = home_body_m_[v] = mesh.rest_body_m(v);
   lift_world_m_[v].setZero();
   if (k_home > 0) {
-    const Vec3 outward = star_.outward_m2.stableNormalized();
-    if (star_.whole_skin) home_body_m_[v] -= star_.pull_n.dot(outward) / k_home * outward;
+    if (star_.whole_skin) home_body_m_[v] -= balanced_pull_n(star_) / k_home;
     lift_world_m_[v] = -physical / k_home * given_gravity_m_per_s2();
   }
   fixed_[v] = settings_.fixed && settings_.fixed(body_.to_world(rest_body_m_[v]));
