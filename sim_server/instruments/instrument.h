@@ -126,7 +126,7 @@ struct RuptureThreshold {
   std::optional<double> displacement_m;  // displacement of the surface (alternative)
   double hysteresis = 0.7;               // factor of the threshold for an instrument that has just been cutting
 };
-// The share of a new push that a step lets through the low-pass before the threshold: as long as the filter of a device.
+// The share of a new push that one step lets through the low-pass before the threshold; a device has such a filter.
 double share_of_push(double step_s);
 bool ruptures(const RuptureThreshold& threshold, double force_n, double displacement_m, bool has_just_cut);
 
