@@ -83,8 +83,6 @@ int run_session(const RunFlags& flags) {
     throw InputError("--record: it is of a session on the network: --play-traces instead of --offline");
   if (flags.offline)
     for (const auto& [flag, given] : {std::pair("--endless", options.endless),
-                                      {"--domain", options.network.domain != 0},
-                                      {"--session", !options.network.session.empty()},
                                       {"--peer", !options.network.peers.empty()},
                                       {"--interface", !options.network.interfaces.empty()},
                                       {"--wait-for-viewers", options.wait_for_viewers > 0},
