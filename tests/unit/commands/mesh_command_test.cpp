@@ -27,12 +27,7 @@ TEST(MeshCommand, C_IMP_1_an_organ_in_one_command_cut_in_four) {
 TEST(MeshCommand, a_place_that_takes_no_file_is_told_before_the_work) {
   const auto refusal = [](const std::string& out) {
     testing::internal::CaptureStdout();
-    std::string why;
-    try {
-      run({kLiver, "--tetrahedra", "1000", "--tets", out});
-    } catch (const InputError& error) {
-      why = error.what();
-    }
+    const std::string why = refusal_of("mesh", mesh_command, {kLiver, "--tetrahedra", "1000", "--tets", out});
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "") << "it worked before it said so";
     return why;
   };

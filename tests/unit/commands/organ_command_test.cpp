@@ -27,23 +27,19 @@ class OrganCommand : public testing::Test {
   }
   ~OrganCommand() override { fs::remove_all(folder_); }
 
-  int run(std::vector<std::string> words) const {
-    words.insert(words.end(), {"--out", (folder_ / "out").string()});
-    return run_command("organ", organ_command, std::move(words));
-  }
+  int run(const std::vector<std::string>& words) const { return run_command("organ", organ_command, to_out(words)); }
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
   }
   std::string refusal(const std::vector<std::string>& words) const {
-    try {
-      run(words);
-    } catch (const InputError& error) {
-      const std::string text = error.what();
-      EXPECT_EQ(text.find('\n'), std::string::npos) << text;
-      return text;
-    }
-    return "";
+    const std::string text = refusal_of("organ", organ_command, to_out(words));
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    return text;
+  }
+  std::vector<std::string> to_out(std::vector<std::string> words) const {
+    words.insert(words.end(), {"--out", (folder_ / "out").string()});
+    return words;
   }
 
   // Two boxes in centimetres by name, the second one without its lid.

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include "common/core/error.h"
 #include "tests/unit/commands/run_command.h"
 
 namespace sectio::commands_test {
@@ -8,12 +7,7 @@ namespace {
 
 std::string refusal_of_run(std::vector<std::string> words) {
   words.insert(words.end(), {"--scene", SECTIO_SOURCE_DIR "/deploy/scenes/skin_cross.yaml", "--offline"});
-  try {
-    run_command("run", sectio::run_command, words);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal_of("run", sectio::run_command, std::move(words));
 }
 
 TEST(RunCommand, flags_of_a_session_on_the_network_are_refused_without_one) {

@@ -20,12 +20,7 @@ int run_try(const std::vector<std::string>& words) {
 }
 
 std::string refusal_of_try(const std::vector<std::string>& words) {
-  try {
-    run_try(words);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal_of("try", try_command, words);
 }
 
 TEST(TryCommand, a_scene_without_a_motion_is_told_what_can_be_done) {
