@@ -42,11 +42,11 @@ void check_whole(const nifti_image& header) {
 
 Image read_image(const std::string& path) {
   nifti_set_debug_level(0);
-  const Image header(nifti_image_read(path.c_str(), 0), &nifti_image_free);
-  if (!header || header->iname == nullptr) throw std::runtime_error("damaged file, or not a NIfTI image");
-  check_whole(*header);
-  Image image(nifti_image_read(path.c_str(), 1), &nifti_image_free);
-  if (!image || image->data == nullptr) throw std::runtime_error("damaged file, or not a NIfTI image");
+  Image image(nifti_image_read(path.c_str(), 0), &nifti_image_free);  // the header
+  const std::string flaw = "damaged file, or not a NIfTI image";
+  if (!image || image->iname == nullptr) throw std::runtime_error(flaw);
+  check_whole(*image);
+  if (nifti_image_load(image.get()) != 0 || image->data == nullptr) throw std::runtime_error(flaw);
   const auto voxels = static_cast<double>(image->nx) * image->ny * image->nz;
   if (image->nx < 1 || image->ny < 1 || image->nz < 1 || voxels != static_cast<double>(image->nvox))
     throw std::runtime_error("expected an image of three dimensions");
