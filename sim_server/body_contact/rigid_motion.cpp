@@ -41,16 +41,17 @@ BodyContact contact_of(const PointConstraint& constraint, const ParticleView& no
 }
 
 // A part that a blade has crushed on its way out would stay crushed for good.
-void take_rest_shape_if_crushed(const TriangleMesh& mesh, const Pose& frame_world, double rest_m3,
-                                std::vector<Vec3>& now_world_m) {
-  const MassProperties shape = mass_properties(now_world_m, mesh.triangles(), 1);
-  if (shape.volume_m3 >= kCrushed * rest_m3 && shape.volume_m3 <= rest_m3 / kCrushed) return;
+bool is_crushed(double now_m3, double rest_m3) {
+  return now_m3 < kCrushed * rest_m3 || now_m3 > rest_m3 / kCrushed;
+}
+
+// Around the same middle.
+void take_rest_shape(const TriangleMesh& mesh, const Pose& frame_world, std::vector<Vec3>& now_world_m) {
   Vec3 way_m = Vec3::Zero();
-  double alive = 0;
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v)
-    if (mesh.vertex_alive(v)) way_m += now_world_m[v] - frame_world.to_world(mesh.rest_body_m(v)), ++alive;
-  for (VertexId v = 0; v < mesh.vertex_slots(); ++v)
-    now_world_m[v] = frame_world.to_world(mesh.rest_body_m(v)) + way_m / alive;
+    if (mesh.vertex_alive(v)) way_m += now_world_m[v] - frame_world.to_world(mesh.rest_body_m(v));
+  way_m /= mesh.vertex_count();
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) now_world_m[v] = frame_world.to_world(mesh.rest_body_m(v)) + way_m;
 }
 
 }  // namespace
@@ -65,9 +66,13 @@ std::unique_ptr<RigidMotion> RigidMotion::release(const SharedBody& part, const 
     now.push_back(state.position(v));
     if (mesh.vertex_alive(v)) points.push_back({now[v], state.velocity(v), mass_kg[v]});
   }
-  const double mass = mass_properties(mesh.rest_body_m(), mesh.triangles(), settings.density_kg_per_m3).mass_kg;
-  take_rest_shape_if_crushed(mesh, frame_world, mass / settings.density_kg_per_m3, now);
-  const MassProperties shape = mass_properties(now, mesh.triangles(), 1);
+  const MassProperties rest = mass_properties(mesh.rest_body_m(), mesh.triangles(), settings.density_kg_per_m3);
+  MassProperties shape = mass_properties(now, mesh.triangles(), 1);
+  if (is_crushed(shape.volume_m3, rest.volume_m3)) {
+    take_rest_shape(mesh, frame_world, now);
+    shape = mass_properties(now, mesh.triangles(), 1);
+  }
+  const double mass = rest.mass_kg;
   if (!(mass > 0) || !(shape.mass_kg > 0) || !(shape.inertia_kg_m2.determinant() > 0)) return nullptr;
 
   auto motion = std::make_unique<RigidMotion>();
