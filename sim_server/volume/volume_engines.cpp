@@ -35,11 +35,12 @@ Volume::IsFixed fixed_places(const EngineSite& site) {
   };
 }
 
-VolumeSettings settings_for(const EngineSite& site, const TetMesh& mesh) {
+// `whole`: the model of the body that a part comes off. Vertices of the part weigh at least as much as they did.
+VolumeSettings settings_for(const EngineSite& site, const TetMesh& mesh, const VolumeModel* whole = nullptr) {
   VolumeSettings settings;
   settings.step_s = site.scene.step_s;
   settings.gravity_m_per_s2 = site.scene.gravity_m_per_s2;
-  settings.least_substep_s = site.spec.volume.least_part_s;
+  settings.least_substep_s = whole ? settings.step_s / whole->size().parts : site.spec.volume.least_part_s;
   if (const auto is_fixed = fixed_places(site))
     for (const Vec3& home : mesh.vertices_body_m) settings.fixed.push_back(is_fixed(home));
   return settings;
@@ -104,25 +105,28 @@ std::string note_on(const HexSolid& solid) {
                    1e3 * solid.explicit_limit_s());
 }
 
-BodyEngines spring_engines(const EngineSite& site, VolumePart part, TetSpringOptions options) {
+BodyEngines spring_engines(const EngineSite& site, VolumePart part, TetSpringOptions options,
+                           const VolumeModel* whole) {
   options.calibrate = options.correction == 1;
   auto model = std::make_unique<TetSprings>(
       part.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, part.mesh),
-      settings_for(site, part.mesh), options);
-  const TetSprings* whole = model.get();
-  return engines_around(std::move(model), std::move(part), site, [whole](const EngineSite& s, VolumePart p) {
-    return spring_engines(s, std::move(p), whole->options());
+      settings_for(site, part.mesh, whole), options);
+  const TetSprings* of_parts = model.get();
+  return engines_around(std::move(model), std::move(part), site, [of_parts](const EngineSite& s, VolumePart p) {
+    return spring_engines(s, std::move(p), of_parts->options(), of_parts);
   });
 }
 
-BodyEngines solid_engines(const EngineSite& site, VolumePart part) {
+BodyEngines solid_engines(const EngineSite& site, VolumePart part, const VolumeModel* whole) {
   auto model = std::make_unique<TetSolid>(
       part.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, part.mesh),
-      settings_for(site, part.mesh), integrator_of(site.spec));
-  return engines_around(std::move(model), std::move(part), site, solid_engines);
+      settings_for(site, part.mesh, whole), integrator_of(site.spec));
+  const TetSolid* of_parts = model.get();
+  return engines_around(std::move(model), std::move(part), site, [of_parts](const EngineSite& s, VolumePart p) {
+    return solid_engines(s, std::move(p), of_parts);
+  });
 }
 
-// `whole`: the model of the body that a part comes off.
 BodyEngines lattice_engines(const EngineSite& site, VolumePart part, const HexSolid* whole) {
   const Grid grid = whole ? whole->lattice().grid : grid_around(site.spec.tets, site.spec.volume.cell_m);
   auto model = std::make_unique<HexSolid>(
@@ -145,11 +149,11 @@ BodyEngines tetra_spring_engines(const EngineSite& site) {
   if (vary_in_stiffness(site.spec.regions))
     options =
         TetSprings(whole.mesh, volume_material(site.spec.material), settings_for(site, whole.mesh), options).options();
-  return spring_engines(site, std::move(whole), options);
+  return spring_engines(site, std::move(whole), options, nullptr);
 }
 
 BodyEngines neo_hookean_engines(const EngineSite& site) {
-  return comes_off(site) ? part_engines(site) : solid_engines(site, whole_volume(site));
+  return comes_off(site) ? part_engines(site) : solid_engines(site, whole_volume(site), nullptr);
 }
 
 BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {

@@ -35,6 +35,14 @@ class TetBody {
   bool is_heavy() const { return refused_ || added_kg_ > kMuchAddedMass * total_kg_; }
   // Takes all added mass away. O(all).
   void shed_added_mass();
+  // Calls weigh_all(substep_s), which weighs all vertices for substeps of this length, or of half of it, and so on,
+  // until the body isn't heavy. Returns the length that it came to.
+  template <class WeighAll>
+  double weigh_for(double substep_s, const WeighAll& weigh_all) {
+    weigh_all(substep_s);
+    for (; is_heavy(); weigh_all(substep_s)) shed_added_mass(), substep_s /= 2;
+    return substep_s;
+  }
 
   template <class A>
   void archive(A& a) {

@@ -38,11 +38,13 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
     set_stiffness(material_, body_.stiffness_factor(t), t, stiffness_);
   const std::uint32_t vertices = body_.vertex_count();
-  for (VertexId v = 0; v < vertices && settings_.least_substep_s > 0; ++v) {
-    star_.begin(mesh, body_.stars(), v);
-    star_.measure(mesh);
-    weigh(v, star_, settings_.least_substep_s);
-  }
+  settings_.least_substep_s = body_.weigh_for(settings_.least_substep_s, [&](double substep_s) {
+    for (VertexId v = 0; v < vertices && substep_s > 0; ++v) {
+      star_.begin(mesh, body_.stars(), v);
+      star_.measure(mesh);
+      weigh(v, star_, substep_s);
+    }
+  });
   const double omega2 = largest_omega2_at_rest(mesh, stiffness_, body_.inverse_mass());
   explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2, material_.damping_per_s);
   substeps_ = substeps_for(explicit_limit_s_);

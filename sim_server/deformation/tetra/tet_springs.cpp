@@ -47,7 +47,9 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
   std::vector<VertexId> all(body_.vertex_count());
   std::iota(all.begin(), all.end(), VertexId{0});
   omega2_.set(with_room(all.size()), 0);
-  weigh_all(all, settings_.least_substep_s, [](VertexId, const SpringsAtVertex&) {});
+  settings_.least_substep_s = body_.weigh_for(settings_.least_substep_s, [&](double substep_s) {
+    weigh_all(all, substep_s, [](VertexId, const SpringsAtVertex&) {});
+  });
   substeps_ = substeps_for(substep_limit_s());
   std::vector<std::uint32_t> degree;
   degree.reserve(all.size());

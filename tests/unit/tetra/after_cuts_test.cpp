@@ -77,5 +77,26 @@ TEST(AfterCuts, springs_keep_their_step_too) {
   }
 }
 
+// If all cuts together would need more mass than a body is given, the substeps get shorter, but not as short as the
+// lightest vertex alone would have them.
+template <class Model>
+void expect_few_substeps(const char* name) {
+  const Model whole(cut_block(0, 0), {}, standing(cut_block(0, 0), 0));
+  for (std::uint32_t seed = 0; seed < 4; ++seed) {
+    const TetMesh mesh = cut_block(seed, 6);
+    const Model light(mesh, {}, standing(mesh, 0));
+    Model model(mesh, {}, standing(mesh, 0.001 / whole.substeps()));
+    EXPECT_LE(model.diagnostics().added_mass_fraction, kMuchAddedMass) << name << ", " << seed;
+    EXPECT_LE(model.substeps(), 9 * whole.substeps()) << name << ", " << seed;
+    EXPECT_LT(model.substeps(), light.substeps()) << name << ", " << seed;
+    expect_alive(model, mesh);
+  }
+}
+
+TEST(AfterCuts, many_small_elements_shorten_the_step_a_little) {
+  expect_few_substeps<TetSolid>("solid");
+  expect_few_substeps<TetSprings>("springs");
+}
+
 }  // namespace
 }  // namespace sectio::tetra_test
