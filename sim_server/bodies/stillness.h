@@ -22,6 +22,8 @@ class Stillness {
   bool watch(PositionsView positions_world_m, double step_s, double after_s, double bound_m);
   // Call when the body has been disturbed: the window begins anew.
   void begin_anew() { begun_ = again_ = false; }
+  // Nothing has moved further than the bound in the window so far.
+  bool is_calm() const { return begun_ && looks_ > 0; }
 
   template <class A>
   void archive(A& a) {

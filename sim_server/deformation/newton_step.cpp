@@ -96,12 +96,14 @@ NewtonStep::Exerted NewtonStep::exerted(const Problem& problem, std::size_t n, s
   }
   if (c.friction == 0) return e;
   const Mat3 along = Mat3::Identity() - across;
-  const Vec3 rub = along * (k * (problem.taken_along_world_m[n] - point));
+  const double rub_n_per_m = c.springs_along ? 1 / c.compliance_m_per_n : k;
+  const Vec3 to_world_m = c.springs_along ? c.target_world_m : problem.taken_along_world_m[n];
+  const Vec3 rub = along * (rub_n_per_m * (to_world_m - point));
   Mat3 slope;
   const Vec3 rubbing = at_most(h.friction_n, rub, along, slope);
   e.force_n += rubbing;
-  e.energy_j += share_j(rub, rubbing, k);
-  e.slope_n_per_m += k * slope;
+  e.energy_j += share_j(rub, rubbing, rub_n_per_m);
+  e.slope_n_per_m += rub_n_per_m * slope;
   return e;
 }
 

@@ -53,8 +53,14 @@ Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, const Depths
   const double may_move_m = speed_m_per_s * step_s - std::max(moves * given - came_back_m, before.begun_m - depth);
   const double driven = std::min(depth - c.gives_most_m, std::max(0.0, may_move_m));
   const double total = std::max({0.0, given + (depth - a * given) / (moves + a), given + driven / moves});
-  const Vec3 slip = velocity - c.target_velocity_m_per_s;
-  Vec3 along = so_far + given * c.normal - point_mass * (slip - slip.dot(c.normal) * c.normal);
+  Vec3 along = so_far + given * c.normal;
+  if (c.springs_along) {
+    const Vec3 off_m = point - c.target_world_m;
+    along -= (off_m - off_m.dot(c.normal) * c.normal + a * along) / (moves + a);
+  } else {
+    const Vec3 slip = velocity - c.target_velocity_m_per_s;
+    along -= point_mass * (slip - slip.dot(c.normal) * c.normal);
+  }
   const double size = along.norm(), most = c.friction * total;
   if (size > most) along *= most / size;
   return along - total * c.normal - so_far;

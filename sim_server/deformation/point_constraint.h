@@ -34,15 +34,16 @@ struct PointConstraint {
   // A spring between point and target, which gives way by so much at most: of a unilateral constraint that does not
   // stick, or of a two-sided one on a body that moves as a whole, up to its largest force.
   double compliance_m_per_n = 0, gives_most_m = std::numeric_limits<double>::infinity();
-  bool is_ahead = false;  // ahead of an instrument's tip, rather than beside its shaft
-  double friction = 0;    // Coulomb's coefficient of such a constraint
+  bool is_ahead = false;       // ahead of an instrument's tip, rather than beside its shaft
+  double friction = 0;         // Coulomb's coefficient of such a constraint
+  bool springs_along = false;  // friction is a spring of the same compliance, which draws the point to the target
   Vec3 normal = Vec3::UnitZ();
   std::uint32_t source = 0;  // number of the owner, which gets the reaction
 
   template <class A>
   void archive(A& a) {
     a(v, w, point_world_m, target_world_m, target_velocity_m_per_s, unilateral, sticks, largest_force_n,
-      compliance_m_per_n, gives_most_m, is_ahead, friction, normal, source);
+      compliance_m_per_n, gives_most_m, is_ahead, friction, springs_along, normal, source);
   }
 };
 

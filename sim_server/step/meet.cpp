@@ -13,6 +13,9 @@
 // A point that nothing can move, of a body that is held or sleeps, is the wall itself, and the other one's impedance
 // counts.
 //
+// Friction is a spring along the wall, of the same stiffness, from where the two points stuck to each other, until it
+// would pull harder than mu F (world/stuck_points.h).
+//
 // An impulse after the step, as collide() gives one to a body that moves as a whole, finds a vertex as light as it is:
 // the tissue behind throws it back within the next step, and no piece comes to rest.
 #include <algorithm>
@@ -74,28 +77,28 @@ struct Place {
   }
 };
 
+// A wall between two points.
 struct Wall {
-  Vec3 at_world_m, velocity_m_per_s;
-  bool held = false;  // one of the points is the wall: what holds it takes what the other gives
+  Vec3 velocity_m_per_s;
+  double one_gives = 0.5;  // the share of their overlap by which the first one is beyond the wall
+  bool held = false;       // one of the points is the wall: what holds it takes what the other gives
 };
 Wall wall_between(const Place& one, const Place& other) {
   const bool one_held = one.inverse_mass_per_kg <= kHeld * other.inverse_mass_per_kg;
   const bool other_held = other.inverse_mass_per_kg <= kHeld * one.inverse_mass_per_kg;
-  const double share = one_held ? 1 : other_held ? 0 : 0.5;  // share of `one`
-  return {share * one.at_world_m + (1 - share) * other.at_world_m,
-          share * one.velocity_m_per_s + (1 - share) * other.velocity_m_per_s, one_held || other_held};
+  const double one_gives = one_held ? 0 : other_held ? 1 : 0.5;
+  return {(1 - one_gives) * one.velocity_m_per_s + one_gives * other.velocity_m_per_s, one_gives,
+          one_held || other_held};
 }
 
-// The wall for one side; `out`: out of its tissue.
-PointConstraint wall_for(const Place& own, const Wall& wall, const Vec3& way_m, const Vec3& out, double step_s) {
+// The wall for one side, which is beyond it by `overlap_m`; `out`: out of its tissue.
+PointConstraint wall_for(const Place& own, double overlap_m, const Vec3& way_m, const Vec3& out, double step_s) {
   PointConstraint c;
   c.v = own.side.v;
   c.w = {own.side.weights.x(), own.side.weights.y(), own.side.weights.z()};
   c.unilateral = true;
   c.normal = out;
-  const double overlap_m = (own.at_world_m - wall.at_world_m).dot(out);
-  c.target_world_m = wall.at_world_m + way_m + std::max(0.0, overlap_m - kParting_m_per_s * step_s) * out;
-  c.target_velocity_m_per_s = wall.velocity_m_per_s;
+  c.target_world_m = own.at_world_m + way_m - std::min(overlap_m, kParting_m_per_s * step_s) * out;
   c.compliance_m_per_n = 1 / (1 + std::max(0.0, overlap_m) / kHardens_m);
   return c;
 }
@@ -111,7 +114,7 @@ class Touch {
       if (c.area_m2 > 0) pairs_.push_back({c, Place(one_, c.one), Place(other_, c.other)});
     wake();
   }
-  void append_walls(StepContext& context) const {
+  void append_walls(StepContext& context, StuckPoints& stuck) const {
     if (pairs_.empty()) return;
     const std::size_t meeting = context.meetings.size();
     context.meetings.push_back({{one_.id, other_.id}});
@@ -125,20 +128,24 @@ class Touch {
       ++moving;
     }
     way_m /= std::max(1.0, moving);
-    const double of_one = impedance_pa_s_per_m(one_), of_other = impedance_pa_s_per_m(other_);
     const double friction = std::max(one_.spec.splitting.friction, other_.spec.splitting.friction);
+    const double of_one = impedance_pa_s_per_m(one_), of_other = impedance_pa_s_per_m(other_);
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const Pair& p = pairs_[i];
-      const Vec3 own_way_m = walls[i].held ? Vec3(step_s_ * walls[i].velocity_m_per_s) : way_m;
-      const auto append = [&](PointConstraint c, const Body& body) {
+      const Wall& wall = walls[i];
+      const Vec3 own_way_m = wall.held ? Vec3(step_s_ * wall.velocity_m_per_s) : way_m;
+      const Vec3 stuck_m = friction > 0 ? apart_from_where_they_stuck_m(p, friction, stuck) : Vec3::Zero();
+      const auto append = [&](const Place& own, const Body& body, double gives, const Vec3& out, const Vec3& back_m) {
         if (!moves(body)) return;
-        const double impedance = !walls[i].held ? std::min(of_one, of_other) : &body == &one_ ? of_one : of_other;
+        PointConstraint c = wall_for(own, gives * p.contact.depth_m, own_way_m + gives * back_m, out, step_s_);
+        const double impedance = !wall.held ? std::min(of_one, of_other) : &body == &one_ ? of_one : of_other;
         c.compliance_m_per_n *= step_s_ / (impedance * p.contact.area_m2);
         c.friction = friction;
-        context.bodies[body.id].walls.push_back({c, walls[i].held ? std::nullopt : std::optional(meeting)});
+        c.springs_along = true;
+        context.bodies[body.id].walls.push_back({c, wall.held ? std::nullopt : std::optional(meeting)});
       };
-      append(wall_for(p.one, walls[i], own_way_m, -p.contact.normal_world, step_s_), one_);
-      append(wall_for(p.other, walls[i], own_way_m, p.contact.normal_world, step_s_), other_);
+      append(p.one, one_, wall.one_gives, -p.contact.normal_world, -stuck_m);
+      append(p.other, other_, 1 - wall.one_gives, p.contact.normal_world, stuck_m);
     }
   }
 
@@ -148,12 +155,32 @@ class Touch {
     Place one, other;
   };
 
-  // A body that sleeps is woken by one that bumps into it; an organ also by one that presses slowly.
+  // Points slip where the springs along the surface would pull harder than friction does: at a push of k d and a pull
+  // of k u, with the same k, further than u = mu d.
+  Vec3 apart_from_where_they_stuck_m(const Pair& p, double friction, StuckPoints& stuck) const {
+    const bool is_vertex_of_one = p.contact.one.v[1] == kNone;
+    const ContactSide& own = is_vertex_of_one ? p.contact.one : p.contact.other;
+    const ContactSide& other = is_vertex_of_one ? p.contact.other : p.contact.one;
+    const Body &body = is_vertex_of_one ? one_ : other_, &body_of_other = is_vertex_of_one ? other_ : one_;
+    const Vec3 vertex_m = body.position_at(own.v, own.weights);
+    const Vec3 apart_m = stuck.slide(
+        {one_.id, other_.id, is_vertex_of_one ? 0u : 1u, own.v[0]}, {other.v, other.weights},
+        [&](const StuckPoints::OnTriangle& on) -> Vec3 {
+          return vertex_m - body_of_other.position_at(on.v, on.weights);
+        },
+        p.contact.normal_world, friction* p.contact.depth_m);
+    return is_vertex_of_one ? apart_m : Vec3(-apart_m);
+  }
+
+  // A body that sleeps is woken by one that bumps into it, unless only a light vertex trembles; an organ also by one
+  // that presses slowly.
   void wake() {
+    const auto is_lively = [](const Body& body) { return !body.asleep() && !body.is_calm(); };
+    const bool may_bump = is_lively(one_) || is_lively(other_);
     const bool both_held = one_.spec.fixed && other_.spec.fixed;
     for (const Pair& p : pairs_) {
       const Vec3 nearing_m_per_s = p.other.velocity_m_per_s - p.one.velocity_m_per_s;
-      const bool bumps = nearing_m_per_s.dot(p.contact.normal_world) > kWaking_m_per_s;
+      const bool bumps = may_bump && nearing_m_per_s.dot(p.contact.normal_world) > kWaking_m_per_s;
       if (!bumps && !(both_held && p.contact.depth_m > kTouchReach_m)) continue;
       for (Body* body : {&one_, &other_})
         if (body->asleep()) body->wake();
@@ -169,7 +196,6 @@ class Touch {
 
 void meet(SimulatedWorld& world, StepContext& context) {
   const auto& bodies = world.bodies;
-  if (bodies.size() < 2) return;
   const double step_s = world.scene.step_s;
   for (std::uint32_t a = 0; a < bodies.size(); ++a)
     for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
@@ -185,8 +211,9 @@ void meet(SimulatedWorld& world, StepContext& context) {
       if (!are_near(reach_m)) continue;
       Touch touch(one, other, step_s);
       touch.find(reach_m);
-      touch.append_walls(context);
+      touch.append_walls(context, world.stuck);
     }
+  world.stuck.end_step();
 }
 
 }  // namespace sectio

@@ -90,6 +90,7 @@ class Body {
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
   // The body rests, and is not moved until it is woken.
   bool asleep() const { return asleep_ || engines.deformation->asleep(); }
+  bool is_calm() const { return stillness_.is_calm(); }  // it has hardly moved for a while
   bool stands_still() const { return frozen || spared || asleep(); }
   void wake();
   // Called after deform() when nothing touches the body, which falls asleep when it has come to rest.

@@ -128,7 +128,7 @@ void SimulatedWorld::add_part(std::unique_ptr<Body> part, Body& parent, std::spa
 }
 
 void SimulatedWorld::archive(Archive& a) {
-  a(scene.gravity_m_per_s2, gravity, contact_work_j, origins_);
+  a(scene.gravity_m_per_s2, gravity, contact_work_j, stuck, origins_);
   for (std::size_t n = 0; a.reads() && n < origins_.size(); ++n) {
     const Origin& from = origins_[n];
     if (from.parent_id >= bodies.size()) throw InputError("a part came off a body that isn't there");

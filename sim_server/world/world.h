@@ -16,6 +16,7 @@
 #include "sim_server/world/body.h"
 #include "sim_server/world/edge_contact.h"
 #include "sim_server/world/model_check.h"
+#include "sim_server/world/stuck_points.h"
 #include "sim_server/world/tool.h"
 #include "sim_server/world/turning_gravity.h"
 
@@ -70,6 +71,7 @@ struct SimulatedWorld {
   std::vector<EdgeContact> contacts;      // a row a body, a column an edge
   std::vector<ModelCheck> checks;         // one a body
   std::vector<Interaction> interactions;  // engines between bodies, in the order of the processes of the scene
+  StuckPoints stuck;                      // between bodies that deform
   std::size_t most_bodies = kMaxBodies;   // a session announces no more; parts that come off beyond stay
   double contact_work_j = 0;              // by instruments on bodies, pressing and holding, so far
 

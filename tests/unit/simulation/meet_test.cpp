@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
 #include <tuple>
 
 #include "sim_server/prepare/prepare.h"
@@ -81,6 +83,30 @@ TEST_P(Stacked, one_lies_on_the_other_and_comes_to_rest) {
   EXPECT_EQ(simulation.step({}).report.instrument_work_j, 0);
   EXPECT_GT(lowest_m(simulation, 1), -0.0025);
   EXPECT_LT(lowest_m(simulation, 1), 0.0005);
+}
+
+// Friction of 0.4 holds it on a slope of 15 degrees, but not on one of 30.
+TEST_P(Stacked, one_sticks_to_the_slope_of_the_other_or_slides) {
+  const auto& [below, above] = GetParam();
+  const auto on_slope = [&, lower = below, upper = above](double slope_deg) {
+    Scene scene = plate_below(lower, 0.02);
+    const double slope = slope_deg * M_PI / 180;
+    scene.gravity_m_per_s2 = 9.81 * Vec3(std::sin(slope), 0, -std::cos(slope));
+    scene.sleep.after_s = 0.2;
+    scene.bodies.push_back(cube(upper, Vec3(-0.02, -0.011, 0.0005)));
+    auto simulation = std::make_unique<Simulation>(prepared(scene));
+    for (int n = 0; n < 400; ++n) simulation->step({});
+    return simulation;
+  };
+  const auto held = on_slope(15);
+  const Vec3 begun_m = middle_m(*held, 1);
+  for (int n = 0; n < 1000; ++n) held->step({});
+  EXPECT_LT((middle_m(*held, 1) - begun_m).norm(), 1.5e-4);
+
+  const auto slides = on_slope(30);
+  const double at_m = middle_m(*slides, 1).x();
+  for (int n = 0; n < 400; ++n) slides->step({});
+  EXPECT_GT(middle_m(*slides, 1).x() - at_m, 5e-4);
 }
 
 class Alone : public testing::TestWithParam<std::string> {};
