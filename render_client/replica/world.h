@@ -82,10 +82,12 @@ class World {
     double heard_s = -1e300;
     std::optional<SessionEnd> end;
     std::uint64_t former_epoch = 0;  // epoch of the server that had the session before
-    bool former_heard = false;       // the former server still sends states
+    bool former_heard = false;       // likewise, from the former server
+    double former_heard_s = -1e300;
 
     std::uint64_t epoch() const { return replica.scene()->epoch; }
     bool is_silent(double now_s) const { return now_s - heard_s > kSilence_s; }
+    bool former_is_silent(double now_s) const { return now_s - former_heard_s > kSilence_s; }
   };
   using Servers = std::vector<std::unique_ptr<Server>>;
 

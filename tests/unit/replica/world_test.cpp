@@ -106,6 +106,29 @@ TEST(World, a_later_term_goes_on_with_the_bodies_at_once_and_gives_way_when_it_s
   EXPECT_EQ(world.servers(), 1u);
 }
 
+// The halted server woke, said a word and stood down. Its successor is busy for a while before it ends the session.
+TEST(World, a_later_term_keeps_its_place_through_a_silence_in_which_nobody_speaks) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney");
+  kidney.scene.world_bodies = {"kidney"};
+  kidney.appear(world);
+  ASSERT_TRUE(world.frame(0, frame));
+  const std::uint64_t first = kidney.epoch;
+  kidney.become(first + 3);
+  world.announce(kidney.scene);
+  kidney.send_step(world);
+  ASSERT_TRUE(world.frame(0.01, frame));
+  kidney.become(first);
+  kidney.send_step(world);
+  EXPECT_FALSE(world.frame(0.02, frame)) << "a ghost";
+
+  EXPECT_FALSE(world.frame(0.03 + 2 * World::kSilence_s, frame));
+  kidney.become(first + 3);
+  world.feed(kidney.end());
+  EXPECT_TRUE(world.session_end());
+}
+
 // The server begins its session anew: steps and revisions go back to where they began.
 TEST(World, a_later_term_that_goes_far_back_is_drawn_from_its_own_keyframes) {
   World world;
