@@ -339,11 +339,11 @@ double ServerNet::busy_s() const {
 }
 
 std::uint32_t ServerNet::viewers() const {
-  return state_->endpoints.writer<SessionEvent>().readers();
+  return state_->endpoints.writer<DeltaMessage>().readers();
 }
 
 std::uint32_t ServerNet::lost_viewers() const {
-  return state_->endpoints.writer<SessionEvent>().lost_readers();
+  return state_->endpoints.writer<DeltaMessage>().lost_readers();
 }
 
 bool ServerNet::wait_for_viewers_to_leave(double timeout_s) {

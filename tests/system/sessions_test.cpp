@@ -32,6 +32,7 @@ TEST_F(Sessions, the_only_one_of_a_domain_is_found_by_every_program) {
   const auto status = program("sim_server", Flags{"status", "--domain", std::to_string(network.domain)});
   EXPECT_EQ(status->exit_code(), 0) << status->output();
   EXPECT_NE(status->output().find("liver"), std::string::npos) << status->output();
+  EXPECT_NE(status->output().find(", 1 viewers"), std::string::npos) << "it isn't one itself: " << status->output();
 }
 
 TEST_F(Sessions, of_several_in_a_domain_one_must_be_named) {
