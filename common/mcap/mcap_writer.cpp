@@ -1,9 +1,14 @@
 #include "common/mcap/mcap_writer.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
 #include <zstd.h>
 
 #include <algorithm>
 #include <string_view>
+#include <system_error>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/write_file.h"
@@ -49,7 +54,29 @@ struct TimeRange {
 }  // namespace
 
 struct McapWriter::State {
+  ~State() {
+    if (lock >= 0) ::close(lock);
+  }
+  // Nobody else writes there, and what is there stays until there is something to write.
+  void open() {
+    lock = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    is_new = lock >= 0;
+    if (!is_new) lock = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (lock < 0) throw InputError(path + ": can't be written: " + std::generic_category().message(errno));
+    if (::flock(lock, LOCK_EX | LOCK_NB) != 0) throw InputError(path + ": another program writes there");
+  }
+  void begin() {
+    if (std::exchange(begun, true)) return;
+    file.open(path, std::ios::binary | std::ios::trunc);
+    at = 0;
+    write(beginning);
+  }
   void write(const ByteWriter& out) {
+    if (!begun) {
+      beginning.put_bytes(out.bytes());
+      at += out.bytes().size();
+      return;
+    }
     file.write(reinterpret_cast<const char*>(out.bytes().data()), static_cast<std::streamsize>(out.bytes().size()));
     file.flush();
     if (file) at += out.bytes().size();
@@ -67,6 +94,9 @@ struct McapWriter::State {
   void write_summary();
 
   std::string path;
+  int lock = -1;
+  bool is_new = false, begun = false;
+  ByteWriter beginning;  // until the file has begun
   std::ofstream file;
   std::size_t chunk_bytes = 0;
   std::uint64_t at = 0;
@@ -89,14 +119,13 @@ McapWriter::McapWriter(const std::string& path, std::size_t chunk_bytes) : state
   State& s = *state_;
   s.chunk_bytes = chunk_bytes;
   s.path = path;
-  s.file.open(path, std::ios::binary | std::ios::trunc);
+  s.open();
   ByteWriter begin, header;
   put_magic(begin);
   s.write(begin);
   put_text(header, "");
   put_text(header, "sectio");
   s.write_record(McapOp::header, header);
-  if (s.failed) throw InputError(path + ": can't be written");
 }
 
 McapWriter::~McapWriter() {
@@ -160,6 +189,7 @@ bool McapWriter::add(std::uint16_t channel, std::uint64_t time_ns, std::span<con
 
 void McapWriter::State::write_chunk() {
   if (!chunk_range.any) return;
+  begin();
   const std::vector<std::uint8_t> raw = records.take();
   records = {};
   records.put_bytes(summary_channels.bytes());
@@ -254,6 +284,11 @@ bool McapWriter::finish() {
   State& s = *state_;
   if (s.finished) return !s.failed;
   s.finished = true;
+  if (!s.range.any) {
+    if (s.is_new) ::unlink(s.path.c_str());
+    return true;
+  }
+  s.begin();
   if (!s.failed) s.write_chunk();
   if (!s.failed) s.write_summary();
   return !s.failed;

@@ -15,7 +15,8 @@ namespace sectio {
 
 class McapWriter {
  public:
-  // `chunk_bytes`: at most this much is held back, and lost when the program dies. Throws InputError "PATH: why".
+  // `chunk_bytes`: at most this much is held back, and lost when the program dies. A file that is there stays as it was
+  // until so much is written. Throws InputError "PATH: why", also when another program writes there.
   explicit McapWriter(const std::string& path, std::size_t chunk_bytes = 1u << 20);
   // Finishes the file.
   ~McapWriter();
@@ -26,7 +27,8 @@ class McapWriter {
   std::uint16_t add_channel(const std::string& topic, const std::string& type, const std::string& idl);
   // `time_ns` ascends. False once the disk is full: the file then ends before, and nothing but this result tells of it.
   bool add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> bytes);
-  // Writes what is held back, the index and the end. False when the disk is full.
+  // Writes what is held back, the index and the end, or leaves everything as it was when nothing was added. False when
+  // the disk is full.
   bool finish();
 
  private:

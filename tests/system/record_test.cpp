@@ -39,6 +39,17 @@ TEST_F(Record, is_run_again_and_played_with_the_hashes_of_its_session) {
   EXPECT_EQ(json("screen.json")["bodies"][0]["topology_hash"], hash);
 }
 
+TEST_F(Record, stays_as_it_was_when_a_program_does_not_come_to_record) {
+  ASSERT_EQ(recorded({"--steps", "100"})->exit_code(), 0);
+  const auto bytes = std::filesystem::file_size(file("a.mcap"));
+  const auto server = recorded({"--steps", "100", "--keys", file("nowhere")});
+  EXPECT_EQ(server->exit_code(), 2) << server->output();
+  const auto screen =
+      program("render_client", in_session({"--no-pictures", "--record", file("a.mcap"), "--duration-s", "1"}));
+  EXPECT_NE(screen->exit_code(), 0) << screen->output();
+  EXPECT_EQ(std::filesystem::file_size(file("a.mcap")), bytes);
+}
+
 TEST_F(Record, of_a_session_that_has_not_ended_is_not_overwritten) {
   auto server = recorded({"--endless"});
   ASSERT_TRUE(server->wait_for(" 2.0")) << server->output();

@@ -62,6 +62,22 @@ class Mcap : public testing::Test {
   std::string path = testing::TempDir() + "sectio_" + std::to_string(getpid()) + ".mcap";
 };
 
+TEST_F(Mcap, a_file_stays_as_it_was_until_there_is_something_to_write) {
+  write(10);
+  const auto bytes = std::filesystem::file_size(path);
+  {
+    McapWriter writer(path);
+    writer.add_metadata("sectio", {{"session", "another"}});
+    EXPECT_THROW(McapWriter{path}, InputError) << "two write there";
+  }
+  EXPECT_EQ(std::filesystem::file_size(path), bytes);
+  McapReader reader(path);
+  EXPECT_EQ(read(reader), 10u);
+  std::filesystem::remove(path);
+  { const McapWriter writer(path); }
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
 TEST_F(Mcap, brings_back_what_was_written_in_order) {
   write(1000);
   EXPECT_TRUE(is_mcap(path));
