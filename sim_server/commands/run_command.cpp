@@ -1,5 +1,7 @@
 #include <cstdio>
+#include <filesystem>
 #include <sstream>
+#include <system_error>
 
 #include "common/core/error.h"
 #include "common/dds/network_arguments.h"
@@ -63,6 +65,11 @@ Scene scene_to_run(const RunFlags& flags, const std::string& past) {
   return scene;
 }
 
+bool is_same_file(const std::string& one, const std::string& other) {
+  std::error_code error;
+  return std::filesystem::equivalent(one, other, error);
+}
+
 int run_session(const RunFlags& flags) {
   if (flags.options.until_s < 0 && flags.options.until_s != ServeOptions().until_s)
     throw InputError("--until-s: expected >= 0, got " + std::to_string(flags.options.until_s));
@@ -74,6 +81,10 @@ int run_session(const RunFlags& flags) {
     throw InputError("--standby --resume: needs --export, a directory of its own");
   if (options.until_s >= 0 && (flags.resume.empty() || options.directory.empty()))
     throw InputError("--until-s: needs --resume, and --export for the session that branches off there");
+  if (options.until_s >= 0 && is_same_file(flags.resume, options.directory))
+    throw InputError("--until-s: needs another --export than " + flags.resume + ", which keeps what it has");
+  if (is_same_file(flags.resume, options.record))
+    throw InputError("--record: needs another file than " + flags.resume + ", which keeps what it has");
   if (!flags.resume.empty() && options.directory.empty()) {
     if (is_mcap(flags.resume)) throw InputError("--resume: a record needs --export, for the session that goes on");
     options.directory = flags.resume;

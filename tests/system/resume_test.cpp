@@ -190,6 +190,24 @@ TEST_F(Resume, the_same_command_after_a_crash_does_not_overwrite_the_session) {
   EXPECT_EQ(std::filesystem::file_size(file("out/inputs")), bytes);
 }
 
+TEST_F(Resume, whatever_a_server_is_told_to_be_it_does_not_overwrite_a_session_that_has_not_ended) {
+  const auto server = begin({"--play-traces", "--endless"});
+  ASSERT_TRUE(server->wait_for(" cuts")) << server->output();
+  kill(*server);
+  const auto bytes = std::filesystem::file_size(file("out/inputs"));
+  const std::string until = "--until-s: needs another --export";
+  for (const auto& [flags, why] :
+       {std::pair(Flags{"--offline", "--scene", kScene, "--export", file("out")}, std::string("has not ended")),
+        std::pair(Flags{"--standby", "--scene", kScene, "--export", file("out")}, std::string("has not ended")),
+        std::pair(Flags{"--resume", file("out"), "--until-s", "0.1", "--export", file("out")}, until),
+        std::pair(Flags{"--resume", file("out"), "--until-s", "0.1", "--export", file("out") + "/."}, until)}) {
+    const auto other = program("sim_server", in_session(flags));
+    EXPECT_EQ(other->exit_code(), 2) << other->output();
+    EXPECT_NE(other->output().find(why), std::string::npos) << other->output();
+    EXPECT_EQ(std::filesystem::file_size(file("out/inputs")), bytes);
+  }
+}
+
 TEST_F(Resume, a_session_that_another_server_holds_is_not_resumed) {
   auto server = begin({"--play-traces", "--endless"});
   ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
