@@ -83,7 +83,12 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
 void LiveServer::recall_orders() {
   const std::string& directory = session_.options.directory;
   if (session_.options.resume != try_directory(directory, session_.options.attempt)) return keep_orders();
-  StandingOrders orders = kept_orders(directory);
+  StandingOrders orders;
+  try {
+    orders = kept_orders(directory);
+  } catch (const InputError& error) {
+    session_.run->recorder().not_ok(error.what());
+  }
   if (orders.speed == 1) orders.speed = session_.pace.speed();  // --speed says it
   session_.adopt(orders);
 }

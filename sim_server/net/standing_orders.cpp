@@ -33,11 +33,13 @@ void keep(const StandingOrders& orders, const std::string& directory) {
 StandingOrders kept_orders(const std::string& directory) {
   if (directory.empty()) return {};
   std::ifstream file(path_in(directory));
+  if (!file) return {};
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   StandingOrders orders;
   int paused = 0;
-  if (std::sscanf(text.c_str(), kText, &orders.speed, &paused, &orders.frozen_tools) != 3) return {};
-  if (!(orders.speed >= 0.01 && orders.speed <= 10)) return {};
+  const bool is_whole = std::sscanf(text.c_str(), kText, &orders.speed, &paused, &orders.frozen_tools) == 3;
+  if (!is_whole || !(orders.speed >= 0.01 && orders.speed <= 10))
+    throw InputError(path_in(directory) + ": damaged: nobody knows whether the session was paused, or at which speed");
   orders.is_paused = paused != 0;
   return orders;
 }

@@ -15,7 +15,7 @@ struct StandingOrders {
 
 // DIRECTORY/orders. Empty: nothing is kept. A disk that is full costs a warning.
 void keep(const StandingOrders& orders, const std::string& directory);
-// The defaults, if there is no such file, or it is damaged.
+// The defaults, if there is no such file. Throws InputError "PATH: why" when it is damaged.
 StandingOrders kept_orders(const std::string& directory);
 
 }  // namespace sectio
