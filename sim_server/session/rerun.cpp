@@ -1,5 +1,7 @@
 #include "sim_server/session/rerun.h"
 
+#include "common/core/error.h"
+
 #include "common/core/report_figures.h"
 #include "sim_server/session/step_record.h"
 
@@ -19,6 +21,9 @@ Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& aft
     const std::optional<StepInputs> inputs = reader.next();
     if (!inputs) break;
     const StepRecord& record = inputs->steps.front();
+    if (result.steps == 0 && record.step > 1)
+      throw InputError("the inputs begin with step " + std::to_string(record.step) +
+                       ", as those of a server that went on with a session do: play shows what is there");
     if (record.step != result.steps + 1) return differs("it is not in the file");
     if (const std::string why = difference(record, simulation); !why.empty()) return differs(why);
     after(*inputs, simulation.step(input_of(record)));

@@ -152,16 +152,12 @@ void SessionRun::keep_checkpoint() {
 void SessionRun::note_fault() {
   const auto fault = checkpoints_ ? checkpoints_->take_fault() : std::nullopt;
   if (!fault) return;
-  recorder_->warn(*fault);
-  faults_.push_back(*fault);
+  recorder_->not_ok(*fault);
 }
 
 std::vector<std::string> SessionRun::take_faults() {
   note_fault();
-  std::vector<std::string> faults = std::move(faults_);
-  faults_.clear();
-  for (std::string& fault : recorder_->take_faults()) faults.push_back(std::move(fault));
-  return faults;
+  return recorder_->take_faults();
 }
 
 }  // namespace sectio

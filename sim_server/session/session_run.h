@@ -73,7 +73,6 @@ class SessionRun {
   std::uint64_t steps_ = 0, epoch_ = 0, checkpoint_at_ = 0;
   std::chrono::steady_clock::time_point next_checkpoint_{};
   bool goes_on_ = false;  // a step has been run that was not in the journal
-  std::vector<std::string> faults_;
 };
 
 }  // namespace sectio
