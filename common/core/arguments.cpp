@@ -1,5 +1,7 @@
 #include "common/core/arguments.h"
 
+#include <iconv.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
@@ -11,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <string_view>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
@@ -28,6 +31,18 @@ struct Command {
 
 LogLevel level_of(const std::string& name) {
   return name == "error" ? LogLevel::error : name == "warning" ? LogLevel::warning : LogLevel::info;
+}
+
+// Names and paths go into reports and messages, which are UTF-8 that can be printed.
+bool can_be_printed(std::string word) {
+  if (std::ranges::any_of(word, [](unsigned char c) { return c < 0x20 || c == 0x7f; })) return false;
+  std::string read(4 * word.size() + 4, 0);
+  char *in = word.data(), *out = read.data();
+  std::size_t in_bytes = word.size(), out_bytes = read.size();
+  const iconv_t converter = ::iconv_open("UTF-32", "UTF-8");
+  const bool is_whole = ::iconv(converter, &in, &in_bytes, &out, &out_bytes) != static_cast<std::size_t>(-1);
+  ::iconv_close(converter);
+  return is_whole;
 }
 
 std::string joined(const std::vector<std::string>& words) {
@@ -153,6 +168,12 @@ void Arguments::command(const std::string& name, const std::string& purpose,
 }
 
 bool Arguments::parse(int argc, const char* const* argv) {
+  for (int n = 1; n < argc; ++n) {
+    if (can_be_printed(argv[n])) continue;
+    const bool has_flag = n > 1 && std::string_view(argv[n - 1]).starts_with("--");
+    throw InputError((has_flag ? argv[n - 1] : "argument " + std::to_string(n)) +
+                     std::string(": expected text that can be printed, in UTF-8"));
+  }
   try {
     parser_->require(false);
     parser_->app->parse(argc, argv);

@@ -129,6 +129,20 @@ struct Program {
   }
 };
 
+TEST(Arguments, words_that_cannot_be_printed_are_refused_without_printing_them) {
+  for (const char* const word : {"M\xfcller", "a\tb", "a\nb", "\xc3", "\xed\xa0\x80", "\x7f"}) {
+    Command c;
+    try {
+      c.parse({"--scene", word});
+      ADD_FAILURE() << word;
+    } catch (const InputError& error) {
+      EXPECT_STREQ(error.what(), "--scene: expected text that can be printed, in UTF-8");
+    }
+  }
+  Command c;
+  EXPECT_TRUE(c.parse({"--scene", "M\xc3\xbcller \xe8\x82\x9d.yaml"}));
+}
+
 TEST(Arguments, the_nearest_known_flag_or_command_is_named) {
   Program p;
   EXPECT_EQ(p.refusal({"--sceen", "a"}), "not expected: --sceen a; did you mean --scene?");
