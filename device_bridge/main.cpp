@@ -13,6 +13,7 @@
 #include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/core/stop_signal.h"
+#include "common/core/wall_time.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
 #include "device_bridge/drivers/device_table.h"
@@ -129,11 +130,12 @@ constexpr double kSessionPatience_s = 60;
 constexpr std::chrono::milliseconds kPoll{50};
 constexpr std::chrono::milliseconds kProgress{1000};
 
-// False when a signal came first.
-bool wait_for_server(const BridgeNet& net, const Signals& signals) {
+// False when a signal came first, or none has come in the time that was given.
+bool wait_for_server(const BridgeNet& net, const Signals& signals, double duration_s) {
   if (net.servers() == 0) log_info("waiting for a server");
+  const double begun_s = steady_now_s();
   while (net.servers() == 0) {
-    if (signals.wait(kPoll)) return false;
+    if (signals.wait(kPoll) || (duration_s > 0 && steady_now_s() - begun_s > duration_s)) return false;
   }
   return true;
 }
@@ -167,7 +169,7 @@ int run(Options& o) {
                     [&] { return signals.wait(std::chrono::milliseconds(0)); }))
     return 1;
   BridgeNet net(o.network, o.tool_id);
-  if (o.wait_for_server && !wait_for_server(net, signals)) return no_server(o.network);
+  if (o.wait_for_server && !wait_for_server(net, signals, o.duration_s)) return no_server(o.network);
 
   NetLink link(net);
   const std::unique_ptr<Device> device = finish_device(prepared, link, net, signals);

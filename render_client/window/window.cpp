@@ -5,6 +5,7 @@
 #include <imgui.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <utility>
 
@@ -61,6 +62,12 @@ Window::Window(const WindowOptions& options) {
   SDL_SetHint(SDL_HINT_FRAMEBUFFER_ACCELERATION, "0");
   if (SDL_InitSubSystem(SDL_INIT_VIDEO) != 0)
     throw InputError(std::string("--window: there is no display: ") + SDL_GetError());
+  // Without a display SDL takes a driver that shows nothing, as if it had been asked for.
+  const std::string driver = SDL_GetCurrentVideoDriver();
+  if (!std::getenv("SDL_VIDEODRIVER") && (driver == "offscreen" || driver == "dummy")) {
+    SDL_QuitSubSystem(SDL_INIT_VIDEO);
+    throw InputError("--window: there is no display");
+  }
   state_ = std::make_unique<State>();
   State& s = *state_;
   const int displays = SDL_GetNumVideoDisplays();

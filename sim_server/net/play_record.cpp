@@ -25,6 +25,7 @@ class RecordServer {
  public:
   explicit RecordServer(const ServeOptions& options) : options_(options), record_(options.play), pace_(options.speed) {
     if (options_.network.session.empty()) options_.network.session = record_.world().scene().session;
+    if (options_.from_s > record_.end_s()) throw InputError("--from-s: the record ends at " + seconds(record_.end_s()));
     record_.seek(options_.from_s);
     ServerNetOptions net_options;
     net_options.network = options_.network;

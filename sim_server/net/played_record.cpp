@@ -95,7 +95,7 @@ void PlayedRecord::pass_damage() {
   world_ = std::move(before);
   time_s_ = before_s;
   next_.reset();
-  tell_damage(at, "read as far as it is whole");
+  tell_damage(at, formatted("shown up to %.2f s, as far as it is whole", time_s_));
 }
 
 bool PlayedRecord::advance(double sim_time_s) {
