@@ -21,6 +21,7 @@ constexpr std::array<std::string_view, 8> kColumns{"time_s", "x_world_m", "y_wor
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // spreadsheets begin UTF-8 with it
 constexpr std::string_view kOpening = "opening_rad";         // optional
 constexpr double kUnitTolerance = 1e-3;                      // largest deviation of a quaternion's length from 1
+constexpr double kFarthest_m = 1000;                         // a hand is nearer than this to where the world begins
 constexpr double kRounding = 1e-12;                          // one that deviates less stays as it is written
 constexpr std::size_t kMostOfHeader = 100;                   // bytes of names in a message
 
@@ -85,6 +86,8 @@ double number(std::string_view text, std::string_view column, const Place& at) {
 TracePoint parse_point(const std::array<double, kColumns.size()>& v, const Place& at) {
   TracePoint point;
   point.time_s = v[0];
+  for (std::size_t k = 1; k < 4; ++k)
+    if (std::abs(v[k]) > kFarthest_m) at.fail(kColumns[k], "expected -1000 to 1000 m, got " + std::to_string(v[k]));
   point.pose_world.position_m = Vec3(v[1], v[2], v[3]);
   const Eigen::Quaterniond q(v[4], v[5], v[6], v[7]);
   if (std::abs(q.norm() - 1) > kUnitTolerance) {

@@ -11,6 +11,7 @@ namespace {
 struct OrderFlags {
   NetworkOptions network;
   SessionOrder order;
+  std::string flag;  // which says what is wanted
   std::string gravity;
   double patience_s = 5;
 };
@@ -36,13 +37,14 @@ Arguments::Action giving(const std::shared_ptr<OrderFlags>& flags) {
   return [flags] {
     if (!flags->gravity.empty()) flags->order.gravity_m_per_s2 = gravity_of(flags->gravity);
     check_network_options(flags->network);
-    give_order(flags->network, flags->order, flags->patience_s);
+    give_order(flags->network, flags->order, flags->patience_s, flags->flag);
     return 0;
   };
 }
 
 Arguments::Action tool_command(Arguments& arguments, OrderKind kind) {
   const auto flags = order_flags(arguments, kind);
+  flags->flag = "--tool-id";
   arguments.option("--tool-id", flags->order.tool_id, "number of the instrument in the scene, from 0", Need::required);
   return giving(flags);
 }
@@ -51,6 +53,7 @@ Arguments::Action tool_command(Arguments& arguments, OrderKind kind) {
 
 Arguments::Action tilt_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::tilt);
+  flags->flag = "--gravity";
   arguments.option("--gravity", flags->gravity, "where to: x,y,z in m/s2", Need::required);
   return giving(flags);
 }
@@ -65,6 +68,7 @@ Arguments::Action go_on_command(Arguments& arguments) {
 
 Arguments::Action speed_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::set_speed);
+  flags->flag = "--factor";
   arguments.option("--factor", flags->order.speed, "of simulated time, compared with the clock: 0.01 to 10",
                    Need::required);
   return giving(flags);
@@ -76,6 +80,7 @@ Arguments::Action anew_command(Arguments& arguments) {
 
 Arguments::Action seek_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::seek);
+  flags->flag = "--to-s";
   arguments.option("--to-s", flags->order.sim_time_s,
                    "simulated time from which a session goes on again, or a record that is played is shown",
                    Need::required);

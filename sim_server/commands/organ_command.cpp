@@ -117,7 +117,7 @@ int make_organ(const OrganFlags& flags) {
   const std::vector<std::string> known = tissue_names();
   if (!flags.tissue.empty() && std::ranges::find(known, flags.tissue) == known.end())
     throw InputError("--tissue: expected one of " + joined(known) + ", got " + flags.tissue);
-  if (!(flags.size_mm >= 0)) throw InputError("--size-mm: expected > 0");
+  if (!(flags.size_mm >= 0)) throw InputError("--size-mm: expected 0 or more, got " + std::to_string(flags.size_mm));
   const double unit_m = flags.unit == "m" ? 1 : flags.unit == "cm" ? 0.01 : 0.001;
   if (flags.inside.size() > kMaxRegions)
     throw InputError("--inside: at most " + std::to_string(kMaxRegions) + " parts");

@@ -22,6 +22,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/core/joined.h"
@@ -187,6 +188,7 @@ TriangleSoup read(const std::string& path, std::uint64_t max_triangles, bool any
   const aiScene* scene = mended.empty() ? importer.ReadFile(path, kSteps)
                                         : importer.ReadFileFromMemory(mended.data(), mended.size(), kSteps, "obj");
   if (scene == nullptr || scene->mRootNode == nullptr) {
+    if (std::string_view(importer.GetErrorString()).find("bad_alloc") != std::string_view::npos) throw std::bad_alloc();
     throw std::runtime_error("damaged file: " + shortened(importer.GetErrorString(), kMostOfError));
   }
   SoupWriter writer(max_triangles, part);

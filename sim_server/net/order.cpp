@@ -160,10 +160,11 @@ std::string refusal(const SessionOrder& order, const std::string& why) {
   return std::string(to_string(order.kind)) + ": " + why;
 }
 
-void give_order(NetworkOptions network, SessionOrder order, double patience_s) {
+void give_order(NetworkOptions network, SessionOrder order, double patience_s, const std::string& flag) {
   const std::string name = to_string(order.kind);
   order.source = unique_id(kProgramIdBits);
-  if (const std::string flaw = first_flaw(order); !flaw.empty()) throw InputError(name + ": " + flaw);
+  if (const std::string flaw = first_flaw(order); !flaw.empty())
+    throw InputError(flag.empty() ? name + ": " + flaw : flag + flaw.substr(flaw.find(':')));
   find_session(network, patience_s, [] { return false; });
   OrderEndpoints endpoints(network, "sim_server " + name);
   Servers servers{order, {}, {}, {}};

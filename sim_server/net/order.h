@@ -15,7 +15,7 @@ std::string refusal(const SessionOrder& order, const std::string& why);
 
 // Returns when every server that speaks has said that it obeys. The lines that the servers say of it go to the standard
 // output. Throws InputError when no server does within the time, when one of several doesn't or refuses, with the
-// reason, and when the order is out of bounds.
-void give_order(NetworkOptions network, SessionOrder order, double patience_s);
+// reason, and when the order is out of bounds, which names the command's `flag` that says what is wanted, or none.
+void give_order(NetworkOptions network, SessionOrder order, double patience_s, const std::string& flag);
 
 }  // namespace sectio

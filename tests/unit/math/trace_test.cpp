@@ -89,6 +89,7 @@ TEST_F(Trace, errors_name_file_line_and_column) {
       {kHeader + "0,0,0,,1,0,0,0\n", ":2: z_world_m: "},
       {kHeader + "0,0,0,0,1,0,0\n", ":2: row: expected 8 columns, got 7"},
       {kHeader + "0,0,0,0,0,0,0,0\n", ":2: qw: expected a unit quaternion"},
+      {kHeader + "0,0,1e30,0,1,0,0,0\n", ":2: y_world_m: expected -1000 to 1000 m"},
       {kHeader + "1,0,0,0,1,0,0,0\n1,0,0,0,1,0,0,0\n", ":3: time_s: times must ascend"},
       {"qz," + kHeader, ":1: qz: column given twice"},
       {"opening_rad,opening_rad," + kHeader, ":1: opening_rad: column given twice"},
