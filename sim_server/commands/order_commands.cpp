@@ -11,7 +11,7 @@ namespace {
 struct OrderFlags {
   NetworkOptions network;
   SessionOrder order;
-  std::string flag;  // which says what is wanted
+  std::string flag;  // says what is wanted
   std::string gravity;
   double patience_s = 5;
 };
