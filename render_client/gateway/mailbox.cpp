@@ -12,8 +12,9 @@ void Mailbox::post(LiveKind kind, SharedBytes message) {
 }
 
 void Mailbox::post_newest(Subject subject, SharedBytes message) {
+  const bool is_state = subject.kind == LiveKind::state_header;
   SharedBytes& waiting = next_round_[std::move(subject)];
-  if (waiting) ++replaced_;
+  if (waiting && is_state) ++replaced_;
   waiting = std::move(message);
 }
 

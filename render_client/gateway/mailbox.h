@@ -52,7 +52,7 @@ class Mailbox {
   bool holds_keyframe(std::uint64_t epoch, std::uint32_t body_id) const;
   void post_keyframe(std::uint64_t epoch, std::uint32_t body_id, const std::vector<SharedBytes>& chunks);
 
-  std::uint64_t replaced() const { return replaced_; }  // messages that newer ones replaced
+  std::uint64_t replaced() const { return replaced_; }  // states that newer ones replaced
   std::uint64_t dropped() const { return dropped_; }    // changes of topology
 
  private:

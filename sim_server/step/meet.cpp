@@ -128,8 +128,8 @@ class Touch {
       ++moving;
     }
     way_m /= std::max(1.0, moving);
-    const double friction = std::max(one_.spec.splitting.friction, other_.spec.splitting.friction);
     const double of_one = impedance_pa_s_per_m(one_), of_other = impedance_pa_s_per_m(other_);
+    const double friction = std::max(one_.spec.splitting.friction, other_.spec.splitting.friction);
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const Pair& p = pairs_[i];
       const Wall& wall = walls[i];
@@ -163,12 +163,12 @@ class Touch {
     const ContactSide& other = is_vertex_of_one ? p.contact.other : p.contact.one;
     const Body &body = is_vertex_of_one ? one_ : other_, &body_of_other = is_vertex_of_one ? other_ : one_;
     const Vec3 vertex_m = body.position_at(own.v, own.weights);
-    const Vec3 apart_m = stuck.slide(
-        {one_.id, other_.id, is_vertex_of_one ? 0u : 1u, own.v[0]}, {other.v, other.weights},
-        [&](const StuckPoints::OnTriangle& on) -> Vec3 {
-          return vertex_m - body_of_other.position_at(on.v, on.weights);
-        },
-        p.contact.normal_world, friction* p.contact.depth_m);
+    const auto way_from = [&](const StuckPoints::OnTriangle& on) -> Vec3 {
+      return vertex_m - body_of_other.position_at(on.v, on.weights);
+    };
+    const double most_m = friction * p.contact.depth_m;
+    const Vec3 apart_m = stuck.slide({one_.id, other_.id, is_vertex_of_one ? 0u : 1u, own.v[0]},
+                                     {other.v, other.weights}, way_from, p.contact.normal_world, most_m);
     return is_vertex_of_one ? apart_m : Vec3(-apart_m);
   }
 

@@ -32,9 +32,14 @@ TEST(Mailbox, changes_of_topology_come_in_order_and_before_states) {
 
 TEST(Mailbox, the_newest_state_wins) {
   Mailbox mailbox;
-  for (std::uint8_t i = 0; i < 100; ++i) mailbox.post_newest({LiveKind::state_piece, 7, 0, 3}, some(10, i));
-  EXPECT_EQ(all_of(mailbox), (std::vector<std::pair<LiveKind, int>>{{LiveKind::state_piece, 99}}));
-  EXPECT_EQ(mailbox.replaced(), 99u);
+  for (std::uint8_t i = 0; i < 100; ++i) {
+    mailbox.post_newest({LiveKind::state_header, 7}, some(10, i));
+    mailbox.post_newest({LiveKind::state_piece, 7, 0, 3}, some(10, i));
+    mailbox.post_newest({LiveKind::contact, 7, 1}, some(10, i));
+  }
+  EXPECT_EQ(all_of(mailbox), (std::vector<std::pair<LiveKind, int>>{
+                                 {LiveKind::state_header, 99}, {LiveKind::state_piece, 99}, {LiveKind::contact, 99}}));
+  EXPECT_EQ(mailbox.replaced(), 99u) << "states, however many pieces each has";
 }
 
 // A client that takes one frame while a whole new state comes still gets every piece again and again.
