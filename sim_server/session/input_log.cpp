@@ -138,7 +138,10 @@ void InputLogReader::open_record() {
       has_inputs = true;
       header = header_from_json(values.at(kRecordHeader));
     }
-  if (!header && has_inputs) throw InputError(path_ + ": its beginning is damaged; `sim_server play` shows the rest");
+  if (record_->metadata().empty() && !pending_)  // each record has some
+    throw InputError(path_ + ": its beginning is damaged, or it is no record of a session");
+  if (!header && (has_inputs || pending_))
+    throw InputError(path_ + ": its beginning is damaged; `sim_server play` shows the rest");
   if (!header) throw InputError(path_ + ": a record without the inputs of a session; `sim_server play` shows it");
   header_ = std::move(*header);
 }

@@ -1,5 +1,6 @@
 // A record of a session: run again, played for viewers, torn, and on a disk that is full.
 #include <filesystem>
+#include <fstream>
 
 #include "common/dds/qos.h"
 #include "common/mcap/mcap_reader.h"
@@ -48,6 +49,24 @@ TEST_F(Record, stays_as_it_was_when_a_program_does_not_come_to_record) {
       program("render_client", in_session({"--no-pictures", "--record", file("a.mcap"), "--duration-s", "1"}));
   EXPECT_NE(screen->exit_code(), 0) << screen->output();
   EXPECT_EQ(std::filesystem::file_size(file("a.mcap")), bytes);
+}
+
+TEST_F(Record, whose_beginning_is_damaged_is_not_taken_for_one_without_inputs) {
+  ASSERT_EQ(recorded({"--steps", "100"})->exit_code(), 0);
+  for (const int at : {10, 40, 70}) {
+    std::fstream record(file("a.mcap"), std::ios::in | std::ios::out | std::ios::binary);
+    record.seekg(at);
+    const int byte = record.get();
+    record.seekp(at);
+    record.put(static_cast<char>(byte ^ 4));
+    record.close();
+    const auto again = replay();
+    EXPECT_EQ(again->exit_code(), 2) << again->output();
+    EXPECT_NE(again->output().find("its beginning is damaged"), std::string::npos) << at << ": " << again->output();
+    record.open(file("a.mcap"), std::ios::in | std::ios::out | std::ios::binary);
+    record.seekp(at);
+    record.put(static_cast<char>(byte));
+  }
 }
 
 TEST_F(Record, of_a_session_that_has_not_ended_is_not_overwritten) {
