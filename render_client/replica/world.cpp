@@ -47,17 +47,16 @@ bool World::shows(std::uint64_t epoch) const {
 
 void World::adopt(Server& server, const SceneInfo& scene) {
   server.former_epoch = server.epoch();
-  server.former_heard = false;
-  server.former_heard_s = -1e300;
+  server.of_former = {};
   server.replica.adopt(scene);
   server.pull = {};
   server.end.reset();
-  server.heard = true;  // its silence begins now
+  server.hearing.fresh = true;  // its silence begins now
 }
 
 // The server that has claimed the session says nothing, while the former one speaks.
 void World::give_back(Server& server, double now_s) {
-  if (!server.former_is_silent(now_s) && !server.end && server.is_silent(now_s)) {
+  if (!server.of_former.is_silent(now_s) && !server.end && server.is_silent(now_s)) {
     SceneInfo scene = *server.replica.scene();
     scene.epoch = server.former_epoch;
     adopt(server, scene);
@@ -131,12 +130,12 @@ void World::feed(KeyframeChunk chunk) {
 
 void World::feed(StateHeader header) {
   if (Server* server = find(header.epoch)) {
-    server->heard = true;
+    server->hearing.fresh = true;
     server->replica.feed(std::move(header));
     return;
   }
   for (const auto& server : servers_)
-    if (server->former_epoch == header.epoch) server->former_heard = true;
+    if (server->former_epoch == header.epoch) server->of_former.fresh = true;
 }
 
 void World::feed(StatePiece piece) {
@@ -190,10 +189,7 @@ void World::promote_claimants(double now_s) {
 
 bool World::frame(double now_s, Frame& frame) {
   for (const Servers* list : {&servers_, &claimants_})
-    for (const auto& server : *list) {
-      if (std::exchange(server->heard, false)) server->heard_s = now_s;
-      if (std::exchange(server->former_heard, false)) server->former_heard_s = now_s;
-    }
+    for (const auto& server : *list) server->hearing.look(now_s), server->of_former.look(now_s);
   for (const auto& server : servers_) give_back(*server, now_s);
   promote_claimants(now_s);
   for (const auto& server : servers_) {

@@ -73,21 +73,28 @@ class World {
   std::size_t bytes() const;  // topology and state of all bodies
 
  private:
+  // Whether somebody sends states.
+  struct Hearing {
+    bool fresh = false;  // one has come since the last frame
+    double last_s = -1e300;
+
+    void look(double now_s) {
+      if (std::exchange(fresh, false)) last_s = now_s;
+    }
+    bool is_silent(double now_s) const { return now_s - last_s > kSilence_s; }
+  };
   struct Server {
     Replica replica;
     KeyframePull pull;
     Frame frame;
     bool drawn = false;
-    bool heard = false;  // a state has come since the last frame
-    double heard_s = -1e300;
+    Hearing hearing;
     std::optional<SessionEnd> end;
     std::uint64_t former_epoch = 0;  // epoch of the server that had the session before
-    bool former_heard = false;       // likewise, from the former server
-    double former_heard_s = -1e300;
+    Hearing of_former;
 
     std::uint64_t epoch() const { return replica.scene()->epoch; }
-    bool is_silent(double now_s) const { return now_s - heard_s > kSilence_s; }
-    bool former_is_silent(double now_s) const { return now_s - former_heard_s > kSilence_s; }
+    bool is_silent(double now_s) const { return hearing.is_silent(now_s); }
   };
   using Servers = std::vector<std::unique_ptr<Server>>;
 

@@ -55,6 +55,31 @@ struct Share {
   SceneInfo scene;
 };
 
+// One server, which is drawn, and a later term of its session.
+struct OneServer {
+  OneServer() {
+    kidney.scene.world_bodies = {"kidney"};
+    kidney.appear(world);
+    EXPECT_TRUE(world.frame(0, frame));
+  }
+  void claim() {
+    kidney.become(later);
+    world.announce(kidney.scene);
+    kidney.send_step(world);
+    EXPECT_TRUE(world.frame(0.01, frame)) << "without a keyframe";
+  }
+  void say_a_word_of_the_first() {
+    kidney.become(first);
+    kidney.send_step(world);
+    EXPECT_FALSE(world.frame(0.02, frame)) << "a ghost";
+  }
+
+  World world;
+  Frame frame;
+  Share kidney{1, "kidney"};
+  const std::uint64_t first = kidney.epoch, later = first + 3;
+};
+
 TEST(World, the_first_picture_waits_for_all_bodies_for_a_bounded_time) {
   World world;
   Frame frame;
@@ -76,24 +101,14 @@ TEST(World, the_first_picture_waits_for_all_bodies_for_a_bounded_time) {
 
 // A server was halted, while another took its session over and fell silent in its turn.
 TEST(World, a_later_term_goes_on_with_the_bodies_at_once_and_gives_way_when_it_says_nothing) {
-  World world;
-  Frame frame;
-  Share kidney(1, "kidney");
-  kidney.scene.world_bodies = {"kidney"};
-  kidney.appear(world);
-  ASSERT_TRUE(world.frame(0, frame));
-  const std::uint64_t first = kidney.epoch;
+  OneServer session;
+  auto& [world, frame, kidney, first, later] = session;
   const std::size_t requests = world.take_requests(0).size();
 
-  kidney.become(first + 3);
-  world.announce(kidney.scene);
-  kidney.send_step(world);
-  ASSERT_TRUE(world.frame(0.01, frame)) << "without a keyframe";
+  session.claim();
   EXPECT_EQ(frame.step, kidney.source.steps());
   EXPECT_EQ(world.take_requests(0.01).size(), requests);
-  kidney.become(first);
-  kidney.send_step(world);
-  EXPECT_FALSE(world.frame(0.02, frame)) << "a ghost";
+  session.say_a_word_of_the_first();
   world.announce(kidney.scene);
   EXPECT_FALSE(world.frame(0.03, frame)) << "it can announce itself as often as it likes";
 
@@ -108,23 +123,13 @@ TEST(World, a_later_term_goes_on_with_the_bodies_at_once_and_gives_way_when_it_s
 
 // The halted server woke, said a word and stood down. Its successor is busy for a while before it ends the session.
 TEST(World, a_later_term_keeps_its_place_through_a_silence_in_which_nobody_speaks) {
-  World world;
-  Frame frame;
-  Share kidney(1, "kidney");
-  kidney.scene.world_bodies = {"kidney"};
-  kidney.appear(world);
-  ASSERT_TRUE(world.frame(0, frame));
-  const std::uint64_t first = kidney.epoch;
-  kidney.become(first + 3);
-  world.announce(kidney.scene);
-  kidney.send_step(world);
-  ASSERT_TRUE(world.frame(0.01, frame));
-  kidney.become(first);
-  kidney.send_step(world);
-  EXPECT_FALSE(world.frame(0.02, frame)) << "a ghost";
+  OneServer session;
+  auto& [world, frame, kidney, first, later] = session;
+  session.claim();
+  session.say_a_word_of_the_first();
 
   EXPECT_FALSE(world.frame(0.03 + 2 * World::kSilence_s, frame));
-  kidney.become(first + 3);
+  kidney.become(later);
   world.feed(kidney.end());
   EXPECT_TRUE(world.session_end());
 }
