@@ -6,6 +6,7 @@
 #include "common/mcap/mcap_reader.h"
 #include "common/messages/codec.h"
 #include "common/messages/session.h"
+#include "tests/support/flip_file.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio {
@@ -53,19 +54,12 @@ TEST_F(Record, stays_as_it_was_when_a_program_does_not_come_to_record) {
 
 TEST_F(Record, whose_beginning_is_damaged_is_not_taken_for_one_without_inputs) {
   ASSERT_EQ(recorded({"--steps", "100"})->exit_code(), 0);
-  for (const int at : {10, 40, 70}) {
-    std::fstream record(file("a.mcap"), std::ios::in | std::ios::out | std::ios::binary);
-    record.seekg(at);
-    const int byte = record.get();
-    record.seekp(at);
-    record.put(static_cast<char>(byte ^ 4));
-    record.close();
+  for (const std::uint64_t at : {10, 40, 70}) {
+    test::flip(file("a.mcap"), at, 4);
     const auto again = replay();
     EXPECT_EQ(again->exit_code(), 2) << again->output();
     EXPECT_NE(again->output().find("its beginning is damaged"), std::string::npos) << at << ": " << again->output();
-    record.open(file("a.mcap"), std::ios::in | std::ios::out | std::ios::binary);
-    record.seekp(at);
-    record.put(static_cast<char>(byte));
+    test::flip(file("a.mcap"), at, 4);
   }
 }
 
@@ -151,11 +145,7 @@ TEST_F(Record, whose_first_chunk_has_a_flipped_bit_shows_the_rest_and_says_what_
   const std::string at = std::to_string([&] {
     McapReader reader(file("a.mcap"));
     const std::uint64_t begin = reader.next_chunk()->place;
-    std::fstream bytes(file("a.mcap"), std::ios::in | std::ios::out | std::ios::binary);
-    bytes.seekg(static_cast<std::streamoff>(begin + 1000));
-    const int flipped = bytes.get() ^ 16;
-    bytes.seekp(static_cast<std::streamoff>(begin + 1000));
-    bytes.put(static_cast<char>(flipped));
+    test::flip(file("a.mcap"), begin + 1000, 16);
     return begin;
   }());
   const auto again = replay();

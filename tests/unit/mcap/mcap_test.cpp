@@ -7,6 +7,7 @@
 #include "common/core/error.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/mcap/mcap_writer.h"
+#include "tests/support/flip_file.h"
 #include "tests/support/random.h"
 
 namespace sectio::mcap_test {
@@ -42,13 +43,7 @@ class Mcap : public testing::Test {
     return count;
   }
 
-  void flip(std::uint64_t byte, int bit) const {
-    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekg(static_cast<std::streamoff>(byte));
-    const int flipped = file.get() ^ (1 << bit);
-    file.seekp(static_cast<std::streamoff>(byte));
-    file.put(static_cast<char>(flipped));
-  }
+  void flip(std::uint64_t byte, int bit) const { test::flip(path, byte, 1 << bit); }
   std::vector<McapReader::Chunk> chunks() const {
     McapReader reader(path);
     std::vector<McapReader::Chunk> all;
