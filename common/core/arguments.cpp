@@ -35,7 +35,7 @@ LogLevel level_of(const std::string& name) {
 
 // Names and paths go into reports and messages, which are UTF-8 that can be printed.
 bool can_be_printed(std::string word) {
-  if (std::ranges::any_of(word, [](unsigned char c) { return c < 0x20 || c == 0x7f; })) return false;
+  if (!is_printable(word)) return false;
   std::string read(4 * word.size() + 4, 0);
   char *in = word.data(), *out = read.data();
   std::size_t in_bytes = word.size(), out_bytes = read.size();

@@ -35,6 +35,10 @@ std::optional<double> finite_number(std::string_view text) {
   return value;
 }
 
+bool is_printable(std::string_view text) {
+  return std::ranges::none_of(text, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; });
+}
+
 std::string shortened(std::string_view text, std::size_t bytes) {
   std::string line(text.size() > bytes ? text.substr(0, bytes - 3) : text);
   if (text.size() > bytes) line += "...";

@@ -11,6 +11,9 @@ namespace sectio {
 // A finite decimal number and nothing else, in whatever country the machine stands: "-0.25", "+1e-3".
 std::optional<double> finite_number(std::string_view text);
 
+// No control characters are in it.
+bool is_printable(std::string_view text);
+
 // One line of at most `bytes`, 3 or more; "..." stands for a rest.
 std::string shortened(std::string_view text, std::size_t bytes = 40);
 

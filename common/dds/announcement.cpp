@@ -2,18 +2,14 @@
 
 #include <charconv>
 
+#include "common/core/words.h"
+
 namespace sectio {
 namespace {
 
 constexpr std::string_view kProtocol = "sectio protocol=";
 constexpr std::string_view kSession = " session=";
 constexpr std::size_t kMostBytes = 256;
-
-bool is_printable(std::string_view text) {
-  for (const char c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) return false;
-  return true;
-}
 
 }  // namespace
 

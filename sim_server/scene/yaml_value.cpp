@@ -92,9 +92,7 @@ bool YamlValue::boolean() const {
 std::string YamlValue::text() const {
   if (!node_->IsScalar() || node_->Scalar().empty()) fail("expected a text, " + got());
   const std::string& text = node_->Scalar();
-  if (std::any_of(text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; })) {
-    fail("expected a text of one line, " + got());
-  }
+  if (!is_printable(text)) fail("expected a text of one line, " + got());
   return text;
 }
 
