@@ -33,6 +33,12 @@ std::shared_ptr<OrderFlags> order_flags(Arguments& arguments, OrderKind kind) {
   return flags;
 }
 
+template <class T>
+void want(Arguments& arguments, OrderFlags& flags, const std::string& flag, T& value, const std::string& meaning) {
+  flags.flag = flag;
+  arguments.option(flag, value, meaning, Need::required);
+}
+
 Arguments::Action giving(const std::shared_ptr<OrderFlags>& flags) {
   return [flags] {
     if (!flags->gravity.empty()) flags->order.gravity_m_per_s2 = gravity_of(flags->gravity);
@@ -44,8 +50,7 @@ Arguments::Action giving(const std::shared_ptr<OrderFlags>& flags) {
 
 Arguments::Action tool_command(Arguments& arguments, OrderKind kind) {
   const auto flags = order_flags(arguments, kind);
-  flags->flag = "--tool-id";
-  arguments.option("--tool-id", flags->order.tool_id, "number of the instrument in the scene, from 0", Need::required);
+  want(arguments, *flags, "--tool-id", flags->order.tool_id, "number of the instrument in the scene, from 0");
   return giving(flags);
 }
 
@@ -53,8 +58,7 @@ Arguments::Action tool_command(Arguments& arguments, OrderKind kind) {
 
 Arguments::Action tilt_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::tilt);
-  flags->flag = "--gravity";
-  arguments.option("--gravity", flags->gravity, "where to: x,y,z in m/s2", Need::required);
+  want(arguments, *flags, "--gravity", flags->gravity, "where to: x,y,z in m/s2");
   return giving(flags);
 }
 
@@ -68,9 +72,7 @@ Arguments::Action go_on_command(Arguments& arguments) {
 
 Arguments::Action speed_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::set_speed);
-  flags->flag = "--factor";
-  arguments.option("--factor", flags->order.speed, "of simulated time, compared with the clock: 0.01 to 10",
-                   Need::required);
+  want(arguments, *flags, "--factor", flags->order.speed, "of simulated time, compared with the clock: 0.01 to 10");
   return giving(flags);
 }
 
@@ -80,10 +82,8 @@ Arguments::Action anew_command(Arguments& arguments) {
 
 Arguments::Action seek_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::seek);
-  flags->flag = "--to-s";
-  arguments.option("--to-s", flags->order.sim_time_s,
-                   "simulated time from which a session goes on again, or a record that is played is shown",
-                   Need::required);
+  want(arguments, *flags, "--to-s", flags->order.sim_time_s,
+       "simulated time from which a session goes on again, or a record that is played is shown");
   return giving(flags);
 }
 

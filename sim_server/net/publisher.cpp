@@ -225,7 +225,7 @@ void Publisher::send_status(const Outbox& batch) {
   status.cuts_made = batch.report.cuts_made;
   status.cuts_refused = batch.report.cuts_refused;
   status.samples_refused = batch.samples_refused;
-  status.viewers = endpoints_.writer<DeltaMessage>().readers();
+  status.viewers = writer_to_viewers(endpoints_).readers();
   status.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
   status.speed = batch.speed;
   status.speed_set = batch.speed_set;

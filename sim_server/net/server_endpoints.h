@@ -20,4 +20,9 @@ using ServerEndpoints =
               Writes<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, ContactMessage,
                      SessionEvent, ServerStatus, SessionEnd, StepInputs, StepRequest>>;
 
+// Programs that read topology are viewers.
+inline const auto& writer_to_viewers(const ServerEndpoints& endpoints) {
+  return endpoints.writer<DeltaMessage>();
+}
+
 }  // namespace sectio

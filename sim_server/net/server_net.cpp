@@ -339,11 +339,11 @@ double ServerNet::busy_s() const {
 }
 
 std::uint32_t ServerNet::viewers() const {
-  return state_->endpoints.writer<DeltaMessage>().readers();
+  return writer_to_viewers(state_->endpoints).readers();
 }
 
 std::uint32_t ServerNet::lost_viewers() const {
-  return state_->endpoints.writer<DeltaMessage>().lost_readers();
+  return writer_to_viewers(state_->endpoints).lost_readers();
 }
 
 bool ServerNet::wait_for_viewers_to_leave(double timeout_s) {
