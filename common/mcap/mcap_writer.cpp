@@ -288,7 +288,6 @@ bool McapWriter::finish() {
     if (s.is_new) ::unlink(s.path.c_str());
     return true;
   }
-  s.begin();
   if (!s.failed) s.write_chunk();
   if (!s.failed) s.write_summary();
   return !s.failed;

@@ -77,7 +77,8 @@ int run_session(const RunFlags& flags) {
   ServeOptions options = flags.options;
   options.resume = try_directory(flags.resume, attempt);
   Scene scene = scene_to_run(flags, options.resume);
-  if (options.standby && !flags.resume.empty() && (options.directory.empty() || options.directory == flags.resume))
+  if (options.standby && !flags.resume.empty() &&
+      (options.directory.empty() || is_same_file(flags.resume, options.directory)))
     throw InputError("--standby --resume: needs --export, a directory of its own");
   if (options.until_s >= 0 && (flags.resume.empty() || options.directory.empty()))
     throw InputError("--until-s: needs --resume, and --export for the session that branches off there");

@@ -25,19 +25,18 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
       pace(options.speed) {
   const std::uint64_t last_step = options.until_s < 0 ? ~std::uint64_t{0} : steps_until(options.until_s, scene.step_s);
   const std::string directory = try_directory(options.directory, options.attempt);
-  if (!directory.empty() && options.resume != directory) refuse_unfinished(directory);
+  if (options.resume != directory) refuse_unfinished(directory);
   if (options.resume.empty() && !options.record.empty()) refuse_unfinished_record(options.record);
   run = options.resume.empty() ? std::make_unique<SessionRun>(scene, directory)
                                : SessionRun::resumed(scene, {options.resume, last_step}, directory, last_epoch);
   if (!options.play.empty()) {
     past.emplace(options.play, *run);
     past->run_unseen(*run, scene.step_s, options.from_s);
-    if (const double at_s = static_cast<double>(run->steps()) * scene.step_s; at_s < options.from_s - scene.step_s)
-      throw InputError(formatted("--from-s: the session ends at %.2f s", at_s));
+    if (time_s() < options.from_s - scene.step_s)
+      throw InputError(formatted("--from-s: the session ends at %.2f s", time_s()));
   }
   if (options.until_s >= 0 && run->steps() < last_step)
-    run->recorder().warn(formatted("--until-s: the session ends at %.2f s, and goes on from there",
-                                   static_cast<double>(run->steps()) * scene.step_s));
+    run->recorder().warn(formatted("--until-s: the session ends at %.2f s, and goes on from there", time_s()));
   const double duration_s = steps ? std::max(scene.duration_s, static_cast<double>(*steps) * scene.step_s) : HUGE_VAL;
   for (const std::string& text : scene_warnings(scene, duration_s)) run->recorder().warn(text);
   ServerNetOptions net_options;

@@ -13,7 +13,7 @@ namespace sectio {
 
 RunResult run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory) {
   using Clock = std::chrono::steady_clock;
-  if (!directory.empty()) refuse_unfinished(directory);
+  refuse_unfinished(directory);
   SessionRun run(scene, directory);
   const std::uint64_t last = steps_of(scene, steps);
   const double duration_s = std::max(scene.duration_s, static_cast<double>(last) * scene.step_s);

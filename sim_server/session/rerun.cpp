@@ -1,7 +1,6 @@
 #include "sim_server/session/rerun.h"
 
 #include "common/core/error.h"
-
 #include "common/core/report_figures.h"
 #include "sim_server/session/step_record.h"
 

@@ -80,6 +80,7 @@ int newest_try(const std::string& directory) {
 }
 
 void refuse_unfinished(const std::string& directory) {
+  if (directory.empty()) return;
   const DirectoryLock lock(directory);
   const std::string newest = try_directory(directory, newest_try(directory));
   if (!std::filesystem::exists(input_log_path(newest)) || std::filesystem::exists(newest + "/report.json")) return;

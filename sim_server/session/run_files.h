@@ -23,8 +23,8 @@ class DirectoryLock {
   int file_ = -1;
 };
 
-// A session that has not ended may go on: its inputs must not be lost. Throws InputError when a directory holds such
-// ones, or is held by another program.
+// A session that has not ended may go on: its inputs must not be lost. Throws InputError when a directory, if there is
+// one, holds such ones, or is held by another program.
 void refuse_unfinished(const std::string& directory);
 // Likewise, for a record: one that nobody has finished, with inputs.
 void refuse_unfinished_record(const std::string& path);
