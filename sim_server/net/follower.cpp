@@ -36,7 +36,7 @@ void Follower::listen(std::optional<std::uint64_t> leader) {
   }
   while (auto status = endpoints_.take<ServerStatus>())
     if (epoch_ && status->epoch == *epoch_) status_ = std::move(status);
-  if (epoch_) ask(passed_s);
+  ask(passed_s);
 }
 
 void Follower::turn_to(std::uint64_t leader) {
@@ -81,7 +81,7 @@ void Follower::ask(double passed_s) {
   wanted_ = wanted;
   if (Seconds(Clock::now() - asked_).count() < kAsk_s) return;
   asked_ = Clock::now();
-  if (!endpoints_.write(StepRequest{*epoch_, hole ? wanted : 0, client_}))
+  if (!endpoints_.write(StepRequest{epoch_.value_or(0), hole ? wanted : 0, client_}))
     log_limited(LogLevel::warning, "step request", "DDS refused to send a request for inputs");
 }
 

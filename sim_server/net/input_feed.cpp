@@ -51,7 +51,7 @@ std::vector<StepRecord> InputFeed::past_from(std::uint64_t first_step) const {
 void InputFeed::take_requests() {
   while (const auto request = endpoints_.take<StepRequest>()) {
     const ProgramId& program = endpoints_.sender<StepRequest>();
-    if (same_session(request->epoch, epoch_) && standbys_.size() < kMostStandbyPrograms) standbys_.insert(program);
+    if (standbys_.size() < kMostStandbyPrograms) standbys_[program] = request->epoch;
     if (request->epoch != epoch_) continue;
     standby_heard_ = Clock::now();
     if (request->first_step == 0)

@@ -7,7 +7,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -29,12 +28,11 @@ class InputFeed {
   InputFeed(ServerEndpoints& endpoints, std::uint64_t epoch, InputLog* log, std::size_t most_bytes)
       : endpoints_(endpoints), epoch_(epoch), log_(log), most_bytes_(most_bytes) {}
 
-  std::uint64_t epoch() const { return epoch_; }
   // So many steps have been run before this term. `last`: those of them that were kept in memory.
   void go_on_after(std::uint64_t steps, std::deque<StepRecord> last);
   std::deque<StepRecord> take_last_steps() { return std::move(last_steps_); }
-  // Programs that have stood by for a server of this session since the last call.
-  std::set<ProgramId> take_standbys() { return std::exchange(standbys_, {}); }
+  // Programs that have stood by since the last call, and the epoch for which each did; 0: for any.
+  std::map<ProgramId, std::uint64_t> take_standbys() { return std::exchange(standbys_, {}); }
   // The steps that the outbox holds, before their outputs.
   void send(std::span<const StepRecord> steps);
   // Answers requests for steps of the past, and says that this server lives. One whose simulation hangs doesn't: a
@@ -59,7 +57,7 @@ class InputFeed {
   std::deque<StepRecord> last_steps_;  // without a log
   std::uint64_t newest_step_ = 0;
   std::map<ProgramId, std::uint64_t> wanted_;  // the first step that each program asks for
-  std::set<ProgramId> standbys_;
+  std::map<ProgramId, std::uint64_t> standbys_;
   ProgramId answered_{};  // the last one that was served
   std::optional<Clock::time_point> standby_heard_;
   Clock::time_point written_{};

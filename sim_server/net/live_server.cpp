@@ -118,7 +118,8 @@ void LiveServer::go_on() {
   const auto begun = Clock::now();
   const auto listens = [&] {
     const double listened_s = Seconds(Clock::now() - begun).count();
-    const bool unheard = session_.net->servers_known() > session_.net->others().count();
+    const OtherServers& others = session_.net->others();
+    const bool unheard = session_.net->servers_known() > others.count() + others.standbys();
     return listened_s < (unheard ? kUnheard_s : kListenToHolder_s);
   };
   while (!stop_was_requested() && listens()) {

@@ -36,6 +36,11 @@ std::size_t OtherServers::standbys_before_this(std::uint64_t epoch) const {
   return standbys_.before(own, epoch, seconds(Clock::now()));
 }
 
+std::size_t OtherServers::standbys() const {
+  const std::lock_guard lock(mutex_);
+  return standbys_.count(seconds(Clock::now()));
+}
+
 void OtherServers::listen() {
   notice_absence();
   while (const auto other = endpoints_.take<SceneInfo>()) {

@@ -51,6 +51,8 @@ class OtherServers {
   std::optional<std::uint64_t> false_claim() const;
   // The program stands by for the server with this epoch.
   void know_standby(const ProgramId& program, std::uint64_t epoch);
+  // Those that are there, of whichever epoch.
+  std::size_t standbys() const;
   // How many other standbys go on, rather than this one, when the server with this epoch dies.
   std::size_t standbys_before_this(std::uint64_t epoch) const;
   // The first of our bodies that another server has with more right (rivalry.h): then this server has to end.

@@ -109,7 +109,7 @@ void NetworkSide::send(Outbox& batch) {
   publisher_->serve_viewers();
   feed_->sent(batch.step);
   feed_->serve(handover_.shows_life());
-  for (const ProgramId& program : feed_->take_standbys()) others_.know_standby(program, feed_->epoch());
+  for (const auto& [program, epoch] : feed_->take_standbys()) others_.know_standby(program, epoch);
 }
 
 // The server may die: one of them follows it.

@@ -20,6 +20,7 @@ constexpr std::ptrdiff_t kMostSamplesKept = 4096;
 constexpr double kTurn_s = 0.2;     // so much later the next one of several standbys goes on
 constexpr double kFirstWord_s = 1;  // for a server that has announced itself to say something
 constexpr std::size_t kMostTurns = 8;
+constexpr int kChances = 2;  // to some moment before the pasts part, and to the beginning
 constexpr auto kLookPeriod = std::chrono::milliseconds(1);
 
 }  // namespace
@@ -27,7 +28,8 @@ constexpr auto kLookPeriod = std::chrono::milliseconds(1);
 bool Standby::follow() {
   log_info("standing by");
   Follower& server = session_.net->follower();
-  server.begin_after(session_.run->steps());
+  begin_after(session_.run->steps());
+  if (session_.run->steps() > 0) chances_ = kChances;
   while (!stop_was_requested()) {
     keep_news();
     server.listen(session_.net->others().leader());
@@ -55,11 +57,18 @@ bool Standby::follow() {
   return false;
 }
 
+// The last step of its past is compared with the server's, when the past is another program's.
+void Standby::begin_after(std::uint64_t steps) {
+  std::vector<StepRecord> last;
+  if (steps > 0 && session_.run->inputs()) last = session_.run->inputs()->read_from(steps, 1);
+  session_.net->follower().begin_after(steps, last.empty() ? std::nullopt : std::optional(last.front()));
+}
+
 void Standby::notice_another_server() {
   const Follower& server = session_.net->follower();
   if (!server.hears() || followed_ == *server.epoch()) return;
   if (followed_ != 0) {
-    chances_ = 2;
+    chances_ = kChances;
     in_step_ = false;
   }
   log_info(followed_ == 0 ? "it hears the server" : "it stands by for the server of a later term");
@@ -86,7 +95,7 @@ bool Standby::is_far_behind() const {
 // Most of the past is common: this one goes back a bit further than the server seems to have gone, and to the beginning
 // if that was in vain.
 void Standby::go_back(const std::string& why) {
-  Follower& server = session_.net->follower();
+  const Follower& server = session_.net->follower();
   if (chances_ == 0) throw std::runtime_error(why + ": this is no standby for it");
   const auto margin =
       static_cast<std::uint64_t>(kMostLost_s * std::max(1.0, session_.pace.speed()) / session_.scene.step_s);
@@ -98,9 +107,7 @@ void Standby::go_back(const std::string& why) {
   LiveSession::Try next = session_.another_try(static_cast<double>(steps) * session_.scene.step_s);
   session_.run->recorder().finish();
   session_.begin(std::move(next));
-  std::vector<StepRecord> last;
-  if (steps > 0) last = session_.run->inputs()->read_from(steps, 1);
-  server.begin_after(steps, last.empty() ? std::nullopt : std::optional(last.front()));
+  begin_after(steps);
   recent_.clear();
   last_inputs_.clear();
   in_step_ = false;

@@ -21,6 +21,7 @@ class Standby {
   void take_over();
 
  private:
+  void begin_after(std::uint64_t steps);
   void rejoin_if_servers_are_there();
   void notice_another_server();
   bool is_to_go_on() const;
@@ -40,7 +41,7 @@ class Standby {
   std::deque<StepRecord> last_inputs_;  // without a journal
   std::uint64_t followed_ = 0;          // epoch of the server that was heard last
   bool in_step_ = false;
-  int chances_ = 0;  // it may go back so often to find the past of its server; the first one has to have its own
+  int chances_ = 0;  // it may go back so often to find the past of its server; a past that it has made itself is right
 };
 
 }  // namespace sectio

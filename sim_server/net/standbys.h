@@ -16,7 +16,8 @@ class Standbys {
   static constexpr std::size_t kMost = 64;
   static constexpr double kPresence_s = 0.5;  // one that has asked for nothing for longer has gone
 
-  // The program asks for steps of a server with this epoch. `now_s`: any steady clock, here and below.
+  // The program asks for steps of a server with this epoch; 0: of any, since it has not heard one yet. `now_s`: any
+  // steady clock, here and below.
   void hear(const ProgramId& program, std::uint64_t epoch, double now_s) {
     std::erase_if(known_, [&](const Known& each) { return each.program == program; });
     if (known_.size() >= kMost) known_.erase(known_.begin());
@@ -25,10 +26,14 @@ class Standbys {
   bool has_heard(const ProgramId& program) const {
     return std::any_of(known_.begin(), known_.end(), [&](const Known& each) { return each.program == program; });
   }
+  std::size_t count(double now_s) const {
+    return static_cast<std::size_t>(
+        std::count_if(known_.begin(), known_.end(), [&](const Known& each) { return is_there(each, now_s); }));
+  }
   // How many that are there go on with the session of this epoch rather than `own`.
   std::size_t before(const ProgramId& own, std::uint64_t epoch, double now_s) const {
     return static_cast<std::size_t>(std::count_if(known_.begin(), known_.end(), [&](const Known& each) {
-      return each.program < own && same_session(each.epoch, epoch) && now_s - each.heard_s <= kPresence_s;
+      return each.program < own && same_session(each.epoch, epoch) && is_there(each, now_s);
     }));
   }
 
@@ -38,6 +43,7 @@ class Standbys {
     std::uint64_t epoch = 0;
     double heard_s = 0;
   };
+  static bool is_there(const Known& each, double now_s) { return now_s - each.heard_s <= kPresence_s; }
   std::vector<Known> known_;  // the one heard last at the end
 };
 

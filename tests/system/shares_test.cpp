@@ -52,6 +52,20 @@ class Shares : public testing::Test {
   std::unique_ptr<Share> liver = std::make_unique<Share>(network, 2, "liver", 3);
 };
 
+// A server that goes on with a session (--resume) waits for servers that it hasn't heard, and for no standby.
+TEST_F(Shares, a_standby_that_waits_for_a_server_is_no_server_that_has_not_been_heard) {
+  kidney.reset();
+  MovingWorld world(2, 3);
+  SceneInfo scene = world.scene("elsewhere");
+  scene.bodies[0].name = "kidney";
+  ServerNetOptions options{network, 1000};
+  options.standby = true;
+  ServerNet standby(options, scene, {world.mesh()});
+  EXPECT_TRUE(wait_until([&] { return liver->net->servers_known() == 1 && liver->net->others().standbys() == 1; },
+                         [&] { standby.follower().listen(std::nullopt); }));
+  EXPECT_EQ(liver->net->others().count(), 0u);
+}
+
 TEST_F(Shares, A_ARCH_11_a_viewer_sees_one_world_of_two_servers_in_the_order_of_the_scene) {
   ReplicaViewer viewer(network);
   ASSERT_TRUE(run_until(

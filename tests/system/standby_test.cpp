@@ -58,6 +58,32 @@ TEST_F(Standby, that_comes_late_begins_with_the_last_checkpoint_of_its_server) {
   EXPECT_EQ(hash_of("second"), undisturbed_hash());
 }
 
+// The dead server may have kept steps that no standby got; here it has gone on by itself.
+TEST_F(Standby, that_begins_in_the_directory_of_a_dead_server_goes_back_to_where_the_next_one_parted_from_it) {
+  const auto first = one("first", {"--play-traces", "--wait-for-viewers", "1", "--endless"});
+  const auto second = one("second", {"--play-traces", "--standby", "--endless"});
+  ASSERT_TRUE(second->wait_for("it hears the server")) << second->output();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(second->wait_for("it has caught up with the server")) << second->output();
+  first->send(SIGKILL);
+  EXPECT_TRUE(first->exit_code());
+  const auto apart = program("sim_server", {"--resume", file("first"), "--domain", std::to_string(network.domain),
+                                            "--session", network.session + "_apart"});
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(apart->wait_for_next("step ")) << apart->output();
+  apart->send(SIGKILL);
+  EXPECT_TRUE(apart->exit_code());
+  ASSERT_TRUE(second->wait_for("the server fell silent: this one goes on after step ")) << second->output();
+  const auto third = program("sim_server", in_session({"--standby", "--play-traces", "--endless", "--resume",
+                                                       file("first"), "--export", file("third")}));
+  EXPECT_TRUE(third->wait_for("its past isn't that of the server: this one goes back to step ")) << third->output();
+  EXPECT_TRUE(third->wait_for("it has caught up with the server")) << third->output();
+  second->send(SIGINT);
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(third->exit_code(), 0) << third->output();
+  EXPECT_EQ(hash_of("third/try_2"), hash_of("second"));
+}
+
 // Kills the leader at random moments of the session: SECTIO_DEATHS of them, a few by default.
 TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends_as_if_nothing_had_happened) {
   const int deaths = static_cast<int>(test::number_from("SECTIO_DEATHS", 3));

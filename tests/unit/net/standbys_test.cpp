@@ -28,6 +28,8 @@ TEST(Standbys, that_have_gone_or_stand_by_for_another_session_let_nobody_wait) {
   EXPECT_EQ(known.before(kThird, epoch, 10.1), 1u);
   EXPECT_EQ(known.before(kThird, epoch + 1, 10.1), 1u) << "a later term of the session";
   EXPECT_EQ(known.before(kThird, epoch, 10.1 + Standbys::kPresence_s), 0u);
+  EXPECT_EQ(known.count(10.1), 2u) << "of whichever session";
+  EXPECT_EQ(known.count(10.1 + Standbys::kPresence_s), 0u);
   EXPECT_TRUE(known.has_heard(kFirst)) << "it may speak up for the session now";
   EXPECT_FALSE(known.has_heard(kThird));
 }
