@@ -226,6 +226,10 @@ int run(Options& o) {
     log_error("--device " + o.request.device + ": the device was lost, and did not come back");
     return 1;
   }
+  if (net.lacks_tool()) {
+    log_error("--tool-id " + std::to_string(o.tool_id) + ": the scene has no such tool: nothing was moved");
+    return 1;
+  }
   return net.met_a_server() ? 0 : no_server(o.network);
 }
 

@@ -120,6 +120,10 @@ void Arguments::option(const std::string& flag, T& value, const std::string& mea
   // Each flag takes one word: `--peer HOST SCENE` is not two peers.
   if constexpr (std::is_same_v<T, std::vector<std::string>>)
     option->expected(1)->allow_extra_args(!flag.starts_with('-'))->take_all();
+  // A variable that isn't set is no way to leave the flag out: nothing would be exported.
+  if constexpr (std::is_same_v<T, std::string>)
+    if (value.empty())
+      option->check([](const std::string& text) { return text.empty() ? "expected a word, got an empty one" : ""; });
   if constexpr (std::is_same_v<T, double>) {
     option->check([](const std::string& text) {
       double number = 0;

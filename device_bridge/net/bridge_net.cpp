@@ -73,6 +73,7 @@ struct Handover {
   std::atomic<bool> ended{false};
   Camera camera;  // camera of the first scene; never written again once there is one
   std::atomic<bool> has_camera{false};
+  std::atomic<bool> has_tool{false};  // a scene has come that has our tool
 };
 
 // The work of the network's thread. One thread.
@@ -126,6 +127,7 @@ class Messenger {
       }
       if (packet_.tool_id < scene->tools.size()) {
         name_ = scene->tools[packet_.tool_id].name;
+        handover_.has_tool = true;
         continue;
       }
       std::string tools;
@@ -277,6 +279,10 @@ bool BridgeNet::session_ended() const {
 std::optional<Camera> BridgeNet::camera() const {
   if (!state_->handover.has_camera) return std::nullopt;
   return state_->handover.camera;
+}
+
+bool BridgeNet::lacks_tool() const {
+  return state_->handover.has_camera && !state_->handover.has_tool;
 }
 
 std::uint64_t BridgeNet::packets_sent() const {

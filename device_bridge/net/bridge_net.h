@@ -35,6 +35,7 @@ class BridgeNet {
   bool met_a_server() const;      // a server has listened at any time
   bool session_ended() const;
   std::optional<Camera> camera() const;  // camera of the first scene that has come
+  bool lacks_tool() const;               // scenes have come, and none of them has our tool
 
   std::uint64_t packets_sent() const;
   std::uint64_t samples_dropped() const;

@@ -101,6 +101,7 @@ int run_session(const RunFlags& flags) {
                                       {"--wait-for-tools", options.wait_for_tools},
                                       {"--wait-for-bodies", options.wait_for_bodies}})
       if (given) throw InputError(std::string(flag) + ": it is of a session on the network, without --offline");
+  if (options.endless && options.steps > 0) throw InputError("--endless, --steps: give one of them, not both");
   if (options.standby && flags.offline)
     throw InputError("--standby: it takes part in a session on the network, without --offline");
   if (!(options.fastest_m_per_s >= 0 && options.fastest_m_per_s <= 100))

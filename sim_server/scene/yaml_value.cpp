@@ -12,11 +12,14 @@
 #include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/joined.h"
 #include "common/core/words.h"
 
 namespace sectio {
 namespace {
+
+constexpr std::size_t kMostBytes = 4'000'000;  // of a file
 
 std::string place_of(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
@@ -201,17 +204,25 @@ int line_indented_by_tab(const std::string& text) {
   return 0;
 }
 
-YAML::Node document_of(const std::string& path) {
+// A device or a pipe may have no end.
+std::string content_of(const std::string& path) {
   std::ifstream file(path);
-  std::ostringstream content;
-  file.peek();
-  if (file.eof()) throw InputError(path + ": the file is empty");
-  if (!file || !(content << file.rdbuf())) throw InputError(path + ": can't be read: " + std::strerror(errno));
+  std::string content(kMostBytes + 1, '\0');
+  file.read(content.data(), static_cast<std::streamsize>(content.size()));
+  if (!file && !file.eof()) throw InputError(path + ": can't be read: " + std::strerror(errno));
+  content.resize(static_cast<std::size_t>(file.gcount()));
+  if (content.empty()) throw InputError(path + ": the file is empty");
+  if (content.size() > kMostBytes) throw InputError(path + formatted(": more than %zu MB", kMostBytes / 1'000'000));
+  return content;
+}
+
+YAML::Node document_of(const std::string& path) {
+  const std::string content = content_of(path);
   try {
-    refuse_unless_one(path, content.str());
-    return YAML::Load(content.str());
+    refuse_unless_one(path, content);
+    return YAML::Load(content);
   } catch (const YAML::Exception& error) {
-    if (const int line = line_indented_by_tab(content.str()); line > 0 && line <= error.mark.line + 1)
+    if (const int line = line_indented_by_tab(content); line > 0 && line <= error.mark.line + 1)
       throw InputError(path + ":" + std::to_string(line) + ": a tab indents this line; YAML takes spaces alone");
     throw InputError(place_of(path, error.mark) + ": " + shortened(error.msg));
   }

@@ -63,6 +63,7 @@ TEST_F(Sessions, a_tool_that_the_scene_does_not_have_is_named_on_both_sides) {
   const auto hand = program(
       "device_bridge", in_session({"--trace", kTrace, "--duration-s", "1", "--wait-for-server", "--tool-id", "7"}));
   EXPECT_TRUE(hand->wait_for("the scene has no tool 7; it has 0 ")) << hand->output();
+  EXPECT_EQ(hand->exit_code(), 1);
   EXPECT_TRUE(server->wait_for("a device bridge moves tool 7; the scene has 1 tool")) << server->output();
 }
 

@@ -65,6 +65,8 @@ TEST(Arguments, defaults_stay) {
 TEST(Arguments, bad_flags_throw_one_line_that_names_them) {
   const std::vector<std::pair<std::vector<const char*>, std::string>> cases{
       {{}, "--scene"},
+      {{"--scene", ""}, "--scene"},
+      {{"--scene="}, "--scene"},
       {{"--scene", "a", "--sceen", "b"}, "--sceen"},
       {{"--sceen", "b"}, "--sceen"},
       {{"--scene", "a", "--log-level", "loud"}, "--log-level"},

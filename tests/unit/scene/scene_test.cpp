@@ -383,6 +383,7 @@ TEST_F(SceneFile, a_file_that_is_not_there_is_not_called_empty) {
        std::map<std::string, std::string>{{folder + "/absent.yaml", "can't be read: No such file or directory"},
                                           {folder, "can't be read: Is a directory"},
                                           {folder + "/empty.yaml", "the file is empty"},
+                                          {"/dev/zero", "more than 4 MB"},
                                           {folder + "/comment.yaml", "nothing in this file but comments"}}) {
     try {
       load_scene(path, standard_traits());
