@@ -51,7 +51,7 @@ class OtherServers {
   std::optional<std::uint64_t> false_claim() const;
   // The program stands by for the server with this epoch.
   void know_standby(const ProgramId& program, std::uint64_t epoch);
-  // Those that are there, of whichever epoch.
+  // How many programs that stand by are there, for whichever epoch.
   std::size_t standbys() const;
   // How many other standbys go on, rather than this one, when the server with this epoch dies.
   std::size_t standbys_before_this(std::uint64_t epoch) const;

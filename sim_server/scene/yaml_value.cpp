@@ -19,7 +19,7 @@
 namespace sectio {
 namespace {
 
-constexpr std::size_t kMostBytes = 4'000'000;  // of a file
+constexpr std::size_t kMostBytes = 4'000'000;  // a file may have
 
 std::string place_of(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
