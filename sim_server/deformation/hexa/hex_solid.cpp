@@ -17,7 +17,7 @@ namespace {
 constexpr double kSafety = 0.8;       // share of the bound at rest that is used: leaves room for deformation
 constexpr int kMostRefined = 4;       // most substeps, in multiples of those at rest
 constexpr int kFits = 20;             // rounds in which nodes are fitted to their vertices
-constexpr double kSlightFill = 1e-3;  // material at a node, as a share of a cell, that the integrator disregards
+constexpr double kSlightFill = 1e-2;  // material at a node, as a share of a cell, that the integrator disregards
 constexpr int kNewton = 6;
 constexpr double kMostBeside = 0.3;  // cells; largest distance of a new vertex's embedding from its rest place
 constexpr double kRounding = 1e-9;
