@@ -61,6 +61,10 @@ std::vector<std::uint32_t> Intake::take_silent_tools() {
   return deduplicator_.take_silent(steady_now_s());
 }
 
+void Intake::expect(std::uint32_t tool_id) {
+  deduplicator_.expect(tool_id, steady_now_s());
+}
+
 void Intake::set_frozen(std::uint32_t tool_id, bool frozen) {
   const std::uint32_t bit = 1u << tool_id;
   frozen_ = frozen ? frozen_ | bit : frozen_ & ~bit;

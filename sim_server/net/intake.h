@@ -26,6 +26,9 @@ class Intake {
   // The tools for which nobody has spoken for SampleDeduplicator::kSilence_s, each once a silence.
   std::vector<std::uint32_t> take_silent_tools();
 
+  // The tool is in the scene, whether somebody has spoken for it or not.
+  void expect(std::uint32_t tool_id);
+
   // Nobody moves a frozen tool: what its hand says is heard, so that it isn't silent, and is not followed.
   void set_frozen(std::uint32_t tool_id, bool frozen);
   std::uint32_t frozen_tools() const { return frozen_; }  // bit t: tool t

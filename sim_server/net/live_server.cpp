@@ -154,8 +154,16 @@ void LiveServer::wait_for_peers() {
   }
 }
 
+// Instruments of the steps that were run again are where they were; their hands may have gone meanwhile.
+void LiveServer::expect_hands() {
+  if (session_.past || session_.options.play_traces) return;
+  for (std::uint32_t tool = 0; tool < session_.scene.tools.size(); ++tool)
+    if (session_.run->simulation().tool_pose_world(tool)) session_.net->expect(tool);
+}
+
 void LiveServer::lead() {
   due_ = Clock::now();
+  expect_hands();
   session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();
   while (session_.has_more_steps()) {
@@ -283,6 +291,7 @@ void LiveServer::begin(LiveSession::Try next) {
   Succession succession = session_.succession(session_.net->epoch());
   succession.record = nullptr;
   session_.net->take_over(std::move(succession));
+  expect_hands();
   due_ = Clock::now();
   session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();

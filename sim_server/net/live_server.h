@@ -33,6 +33,7 @@ class LiveServer {
   void show_now();
   void recall_orders();
   void keep_orders() const;
+  void expect_hands();
   void tell(EventKind kind, const std::string& text);
   void tell_faults();
   void tell_score();

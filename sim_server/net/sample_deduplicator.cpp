@@ -11,6 +11,7 @@ bool SampleDeduplicator::accept(const ToolPacket& packet, double now_s, std::vec
   Tool& tool = tools_[packet.tool_id];
   if (before != packet.source) tool.any = false;
   tool.speaks = true;
+  tool.expected_s.reset();
   for (const ToolSample& sample : packet.samples) {
     if (tool.any && sample.sequence <= tool.last_sequence) continue;
     if (tool.any) lost_ += sample.sequence - tool.last_sequence - 1;
@@ -23,12 +24,20 @@ bool SampleDeduplicator::accept(const ToolPacket& packet, double now_s, std::vec
   return true;
 }
 
+void SampleDeduplicator::expect(std::uint32_t tool_id, double now_s) {
+  Tool& tool = tools_.at(tool_id);
+  if (!tool.speaks) tool.expected_s = now_s;
+}
+
 std::vector<std::uint32_t> SampleDeduplicator::take_silent(double now_s) {
   std::vector<std::uint32_t> silent;
   for (std::uint32_t t = 0; t < tools_.size(); ++t) {
     Tool& tool = tools_[t];
-    if (!tool.speaks || tool.speaker.silent_s(now_s).value_or(0) <= kSilence_s) continue;
+    const double silent_s =
+        tool.speaks ? tool.speaker.silent_s(now_s).value_or(0) : now_s - tool.expected_s.value_or(now_s);
+    if (silent_s <= kSilence_s) continue;
     tool.speaks = false;
+    tool.expected_s.reset();
     silent.push_back(t);
   }
   return silent;

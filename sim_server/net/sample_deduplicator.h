@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/messages/speaker.h"
@@ -20,6 +21,8 @@ class SampleDeduplicator {
   // fallen silent (common/messages/speaker.h) and may count from 1. False: the packet is refused. `now_s` ascends.
   bool accept(const ToolPacket& packet, double now_s, std::vector<ToolSample>& samples);
 
+  // The tool is in the scene: it falls silent, too, if nobody ever speaks for it.
+  void expect(std::uint32_t tool_id, double now_s);
   // The tools that have fallen silent since the last call, each once a silence.
   std::vector<std::uint32_t> take_silent(double now_s);
 
@@ -35,6 +38,7 @@ class SampleDeduplicator {
     std::uint64_t last_sequence = 0;
     bool any = false;
     bool speaks = false;
+    std::optional<double> expected_s;  // since when; nothing: somebody has spoken
   };
   std::vector<Tool> tools_;
   std::uint64_t refused_ = 0;

@@ -231,6 +231,10 @@ std::vector<std::uint32_t> ServerNet::take_silent_tools() {
   return state_->intake.take_silent_tools();
 }
 
+void ServerNet::expect(std::uint32_t tool_id) {
+  state_->intake.expect(tool_id);
+}
+
 std::vector<SessionOrder> ServerNet::take_orders() {
   return state_->intake.take_orders();
 }

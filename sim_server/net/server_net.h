@@ -63,6 +63,9 @@ class ServerNet {
   // The tools for which nobody speaks any more, each once a silence. Simulation's thread, after take_samples().
   std::vector<std::uint32_t> take_silent_tools();
 
+  // The tool is in the scene, and nobody may ever speak for it. Simulation's thread.
+  void expect(std::uint32_t tool_id);
+
   // Orders, each once. Simulation's thread; never blocks.
   std::vector<SessionOrder> take_orders();
   std::uint64_t orders_refused() const;  // they came too fast

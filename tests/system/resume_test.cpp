@@ -75,6 +75,21 @@ TEST_F(Resume, a_hand_and_a_viewer_go_on_with_the_server_that_follows) {
   EXPECT_NE(again->output().find(hash()), std::string::npos) << again->output();
 }
 
+TEST_F(Resume, an_instrument_whose_hand_died_with_the_server_is_withdrawn) {
+  auto server = begin({"--endless"});
+  const auto hand = bridge();
+  ASSERT_TRUE(hand->wait_for("2.0 s, force")) << hand->output();
+  hand->send(SIGKILL);
+  kill(*server);
+  EXPECT_TRUE(hand->exit_code());
+  server = resume({"--endless"});
+  ASSERT_TRUE(server->wait_for("the session goes on\n")) << server->output();
+  for (int seconds = 0; seconds < 3; ++seconds) ASSERT_TRUE(server->wait_for_next("step ")) << server->output();
+  server->send(SIGINT);
+  EXPECT_TRUE(server->exit_code()) << server->output();
+  EXPECT_EQ(json("out/report.json")["run"]["events"].value("instrument withdrawn", 0), 1);
+}
+
 TEST_F(Resume, a_torn_end_is_left_out_with_a_word_and_the_session_goes_on_before_it) {
   auto server = begin({"--play-traces", "--steps", "800"});
   ASSERT_EQ(server->exit_code(), 0) << server->output();

@@ -60,6 +60,18 @@ TEST(SampleDeduplicator, says_once_that_nobody_speaks_for_a_tool_any_more) {
   EXPECT_EQ(deduplicator.take_silent(103 + kLong_s), (std::vector<std::uint32_t>{0}));
 }
 
+TEST(SampleDeduplicator, says_that_nobody_speaks_for_a_tool_that_is_in_the_scene) {
+  constexpr double kLong_s = SampleDeduplicator::kSilence_s + 0.1;
+  SampleDeduplicator deduplicator(3);
+  std::vector<ToolSample> samples;
+  for (const std::uint32_t tool : {0u, 1u}) deduplicator.expect(tool, 100);
+  EXPECT_TRUE(deduplicator.take_silent(100.5).empty());
+  deduplicator.accept(packet_of(1, {1}), 100.9, samples);
+  EXPECT_EQ(deduplicator.take_silent(100 + kLong_s), (std::vector<std::uint32_t>{1})) << "somebody moves tool 0";
+  EXPECT_EQ(deduplicator.take_silent(100.9 + kLong_s), (std::vector<std::uint32_t>{0}));
+  EXPECT_TRUE(deduplicator.take_silent(110).empty());
+}
+
 // A bridge with the scalpel at rest, then another one that moves it: what the simulation makes of both.
 TEST(RestartedBridge, moves_its_instrument_from_its_first_sample_on) {
   test::Operation operation(test::organ_scene());
