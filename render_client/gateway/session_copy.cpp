@@ -52,7 +52,10 @@ void SessionCopy::feed(KeyframeChunk chunk) {
 }
 
 void SessionCopy::feed(const StateHeader& header) {
-  if (const auto at = servers_.find(header.epoch); at != servers_.end()) at->second.replica.begin_term(header);
+  const auto at = servers_.find(header.epoch);
+  if (at == servers_.end()) return;
+  at->second.heard = ++states_heard_;
+  at->second.replica.follow(header);
 }
 
 void SessionCopy::feed(const SessionEnd& end) {
@@ -72,8 +75,11 @@ std::vector<KeyframeRequest> SessionCopy::take_requests(double now_s) {
 }
 
 std::vector<SharedBytes> SessionCopy::scenes() const {
+  std::vector<const Server*> by_age;
+  for (const auto& [epoch, server] : servers_) by_age.push_back(&server);
+  std::ranges::stable_sort(by_age, std::ranges::greater(), &Server::heard);
   std::vector<SharedBytes> scenes;
-  for (const auto& [epoch, server] : servers_) scenes.push_back(shared(*server.replica.scene()));
+  for (const Server* server : by_age) scenes.push_back(shared(*server->replica.scene()));
   return scenes;
 }
 

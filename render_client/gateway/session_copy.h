@@ -22,13 +22,14 @@ class SessionCopy {
   void announce(const SceneInfo& scene);
   void feed(const DeltaMessage& message);
   void feed(KeyframeChunk chunk);
-  void feed(const StateHeader& header);  // for the revisions with which a later term begins
+  void feed(const StateHeader& header);  // for the revisions that it names
   void feed(const SessionEnd& end);
 
   // Requests to the servers for what this copy lacks.
   std::vector<KeyframeRequest> take_requests(double now_s);
 
-  // The scenes of all servers, and the ends of those that have ended, encoded.
+  // The scenes of all servers, beginning with the one that was heard last, and the ends of those that have ended,
+  // encoded. One that has died may have had the bodies of one that has come since.
   std::vector<SharedBytes> scenes() const;
   std::vector<SharedBytes> ends() const;
   // The chunks of a body as it is, encoded; none when it isn't known, or is at `known_revision`.
@@ -46,9 +47,11 @@ class SessionCopy {
     KeyframePull pull;
     std::optional<SessionEnd> end;
     std::vector<Body> bodies;
+    std::uint64_t heard = 0;  // number of the last state among those of all servers
   };
 
   std::map<std::uint64_t, Server> servers_;  // by epoch
+  std::uint64_t states_heard_ = 0;
 };
 
 }  // namespace sectio

@@ -47,9 +47,11 @@ void Replica::go_back_to(const StateHeader& header) {
   }
 }
 
-void Replica::begin_term(const StateHeader& header) {
+void Replica::follow(const StateHeader& header) {
   if (!is_of_this_server(header.epoch) || header.bodies.size() != bodies_.size()) return;
   if (std::exchange(adopted_, false)) go_back_to(header);
+  const bool newest = headers_.empty() || header.step > headers_.rbegin()->first;
+  for (std::size_t b = 0; newest && b < bodies_.size(); ++b) recoveries_[b].wanted_revision = header.bodies[b].revision;
 }
 
 bool Replica::has_room() const {
@@ -80,13 +82,9 @@ void Replica::feed(StateHeader header) {
   // A damaged step number would hide all steps that follow.
   const double expected_s = static_cast<double>(header.step) * scene_->step_s;
   if (std::abs(header.sim_time_s - expected_s) > scene_->step_s) return;
-  begin_term(header);
+  follow(header);
   if (drawn_step_ && header.step <= *drawn_step_) return;
-  const bool newest = headers_.empty() || header.step > headers_.rbegin()->first;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    bodies_[b].expect(header.bodies[b], header.step);
-    if (newest) recoveries_[b].wanted_revision = header.bodies[b].revision;
-  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b) bodies_[b].expect(header.bodies[b], header.step);
   std::size_t bytes = sizeof(StateHeader);
   for (const BodyState& body : header.bodies) bytes += sizeof(BodyState) + body.pieces_sent.size();
   largest_header_bytes_ = std::max(largest_header_bytes_, bytes);

@@ -40,8 +40,9 @@ class Replica {
   // Another server has taken this one's session over (common/messages/epoch.h): bodies, revisions and steps go on, and
   // messages of the one before are ghosts. A body of which the new server doesn't know as much is begun anew.
   void adopt(const SceneInfo& scene);
-  // Begins the new server's term with its first state. feed(StateHeader) does this, too.
-  void begin_term(const StateHeader& header);
+  // For a replica that draws nothing: which revisions its bodies have by now, and with the first state of a new server
+  // what it has in common with the one before. feed(StateHeader) does this, too.
+  void follow(const StateHeader& header);
   const std::optional<SceneInfo>& scene() const { return scene_; }
 
   // Validated messages. Messages of another epoch, or about bodies that the scene doesn't have, are dropped.

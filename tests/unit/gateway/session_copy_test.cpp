@@ -48,5 +48,50 @@ TEST(SessionCopy, goes_on_with_the_bodies_of_a_later_term_and_hears_no_ghost) {
   EXPECT_EQ(copy.scenes().size(), 1u);
 }
 
+// A server may have died without a word, and another one have come with another scene: who joins sees the living one.
+TEST(SessionCopy, names_the_server_first_that_was_heard_last) {
+  MovingWorld world;
+  SessionCopy copy;
+  SceneInfo scene = world.scene("theatre");
+  for (const std::uint64_t name : {5, 6}) {
+    scene.epoch = first_epoch(name);
+    copy.announce(scene);
+    StateHeader header;
+    header.epoch = scene.epoch;
+    header.bodies = {BodyState{}};
+    copy.feed(header);
+    const auto first = decode<SceneInfo>(*copy.scenes().front());
+    ASSERT_TRUE(first);
+    EXPECT_EQ(first->epoch, scene.epoch);
+  }
+  EXPECT_EQ(copy.scenes().size(), 2u);
+}
+
+// A record that is shown from a later moment, and pauses there, tells no change of a body.
+TEST(SessionCopy, asks_for_the_bodies_of_a_later_term_that_begins_further_on) {
+  MovingWorld world;
+  SceneInfo scene = world.scene("theatre");
+  scene.epoch = first_epoch(5);
+  SessionCopy copy;
+  copy.announce(scene);
+  for (KeyframeChunk& chunk :
+       split_keyframe(scene.epoch, 0, world.mesh().revision(), to_bytes(keyframe_of(world.mesh())), kChunkBytes))
+    copy.feed(std::move(chunk));
+  while (!copy.take_requests(1).empty()) {
+  }
+  world.step(true);
+  scene.epoch += 2;
+  copy.announce(scene);
+  StateHeader header;
+  header.epoch = scene.epoch;
+  header.bodies = {BodyState{}};
+  header.bodies[0].revision = world.mesh().revision();
+  copy.feed(header);
+  std::vector<KeyframeRequest> requests;
+  for (double now_s = 1; now_s < 3 && requests.empty(); now_s += 0.1) requests = copy.take_requests(now_s);
+  ASSERT_EQ(requests.size(), 1u);
+  EXPECT_EQ(requests[0].epoch, scene.epoch);
+}
+
 }  // namespace
 }  // namespace sectio::test
