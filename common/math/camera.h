@@ -14,6 +14,8 @@ struct Camera {
   Vec3 target_world_m = Vec3::Zero();
   Vec3 up_world = Vec3::UnitZ();
   double field_of_view_deg = 35;  // vertical
+
+  bool operator==(const Camera&) const = default;
 };
 
 }  // namespace sectio

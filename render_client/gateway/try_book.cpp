@@ -31,11 +31,10 @@ void TryBook::keep_in(const std::string& directory) {
 }
 
 void TryBook::feed(const SceneInfo& message) {
-  if (tools_.empty())
-    for (const ToolInfo& tool : message.tools) tools_.push_back(tool.name);
   if (message.task.empty() || message.epoch == epoch_) return;
   begin(message.epoch);
   task_ = message.task;
+  for (const ToolInfo& tool : message.tools) tools_.push_back(tool.name);
 }
 
 void TryBook::begin(std::uint64_t epoch) {
@@ -44,6 +43,7 @@ void TryBook::begin(std::uint64_t epoch) {
   every_s_ = kEvery_s;
   next_s_ = 0;
   task_.clear();
+  tools_.clear();
   score_.clear();
   places_.clear();
   hands_.clear();
@@ -103,7 +103,7 @@ std::string TryBook::try_as_json() const {
   JsonText json;
   json.open('{');
   write(json, "task", task_);
-  json.key("begun_s").value(1e-6 * static_cast<double>(begun_us_)).key("every_s").value(every_s_);
+  json.key("begun_s").value(static_cast<std::uint64_t>(begun_us_ / 1'000'000)).key("every_s").value(every_s_);
   write(json, "score", score_);
   write(json, "hands", hands_);
   json.key("tools").open('[');

@@ -32,7 +32,10 @@ bool LiveView::snips(std::uint32_t tool_id) const {
 
 bool LiveView::tick(double now_s) {
   const bool fresh = session.frame(now_s, frame_);
-  if (fresh && !camera_) camera_ = OrbitCamera(frame_.camera);
+  if (fresh && first_view_ != session.world().scene()->camera) {
+    first_view_ = session.world().scene()->camera;
+    camera_ = OrbitCamera(*first_view_);
+  }
   if (camera_) frame_.camera = camera_->camera();
   const std::optional<std::uint32_t> held = session.held_tool();
   if (held != held_) {

@@ -64,6 +64,7 @@ class LiveView {
   void move_camera() { moved_ = true; }
 
   Frame frame_;
+  std::optional<Camera> first_view_;  // camera of the scene; another scene may come in its place
   std::optional<OrbitCamera> camera_;
   MouseHand hand_;
   PadHand pad_;

@@ -74,6 +74,19 @@ TEST_F(TryBookTest, a_try_has_its_score_path_and_force_and_stays_for_later_sessi
   EXPECT_EQ(later.json(), "[]");
 }
 
+TEST_F(TryBookTest, another_exercise_has_its_own_instruments) {
+  TryBook book;
+  book.feed(scene_of(1, "cut along the line"));
+  SceneInfo other = scene_of(2, "take out the tumour");
+  other.tools = {{"knife", "scalpel"}, {"forceps", "forceps"}};
+  book.feed(other);
+  tell(book, 2, kScoreTold, "taken   1");
+  book.tick({"Ada"});
+  const std::string tries = book.json();
+  EXPECT_EQ(count(tries, "\"scalpel\""), 0u) << tries;
+  for (const char* tool : {"\"knife\"", "\"forceps\""}) EXPECT_EQ(count(tries, tool), 1u) << tries;
+}
+
 TEST_F(TryBookTest, a_long_try_is_kept_more_coarsely) {
   TryBook book;
   book.feed(scene_of(1, "wait"));
