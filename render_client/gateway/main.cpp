@@ -1,4 +1,6 @@
 // The gateway: lets browsers take part in a session. One thread.
+#include <arpa/inet.h>
+
 #include <cstdio>
 #include <map>
 #include <random>
@@ -45,9 +47,11 @@ bool parse(int argc, char** argv, Options& o) {
     throw InputError("--max-clients: expected 1 to " + std::to_string(kMaxPeople) + ", got " +
                      std::to_string(o.max_clients));
   for (const auto& [flag, token] : {std::pair("--token", o.token), std::pair("--lead-token", o.lead_token)})
-    if (token.size() > kMaxTokenBytes || token.find_first_of("#/?& ") != std::string::npos)
+    if (token.size() > kMaxTokenBytes || token.find_first_of("#/?&% ") != std::string::npos)
       throw InputError(std::string(flag) + ": expected at most " + std::to_string(kMaxTokenBytes) +
-                       " characters without #/?& or blanks");
+                       " characters without #/?&% or blanks");
+  if (in_addr ignored; inet_pton(AF_INET, o.web.address.c_str(), &ignored) != 1)
+    throw InputError("--address: expected an IPv4 address, got " + o.web.address);
   check_network_options(o.network);
   return true;
 }

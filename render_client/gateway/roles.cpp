@@ -1,5 +1,6 @@
 #include "render_client/gateway/roles.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace sectio {
@@ -29,9 +30,20 @@ void Roles::leave(std::uint32_t person) {
   changed_ = true;
 }
 
+// Two people of one name are told apart by numbers. A name that has no room for one stays as it is.
+std::string Roles::free_name(std::uint32_t person, const std::string& wanted) const {
+  const auto is_free = [&](const std::string& name) {
+    return std::ranges::none_of(people_,
+                                [&](const auto& each) { return each.first != person && each.second.name == name; });
+  };
+  std::string name = wanted;
+  for (int n = 2; !is_free(name); ++n) name = wanted + " (" + std::to_string(n) + ")";
+  return name.size() <= kMaxNameBytes ? name : wanted;
+}
+
 bool Roles::hello(std::uint32_t person, const Hello& hello) {
   Person& p = people_.at(person);
-  if (!hello.name.empty()) p.name = hello.name;
+  if (!hello.name.empty()) p.name = free_name(person, hello.name);
   p.may_lead = hello.token == (tokens_.lead.empty() ? tokens_.hold : tokens_.lead);
   p.may_write = p.may_lead || hello.token == tokens_.hold;
   changed_ = true;

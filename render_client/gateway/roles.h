@@ -62,6 +62,7 @@ class Roles {
     double heard_s = 0;
   };
 
+  std::string free_name(std::uint32_t person, const std::string& wanted) const;
   void give(std::uint32_t tool_id, std::uint32_t person, double now_s);
   void set_free(std::uint32_t tool_id);
 

@@ -75,7 +75,7 @@ try {
       const page = await browser.open(session.address);
       await page.until('a replica', (s) => equal(s) && s.people.length === count);
       await call_oneself(page, 'Ada');
-      await page.until('the name', (s) => s.people.every((p) => p.name === 'Ada') && s.you !== 0);
+      await page.until('the name', (s) => s.people.every((p) => p.name.startsWith('Ada')) && s.you !== 0);
       others.push(page);
     }
     const is_shown = (page, names) => until(names.join(', '), async () => (await people(page)).join() === names.join());

@@ -24,7 +24,8 @@ let program = null;   // the WebAssembly module
 let socket = null;
 let state = null;     // what the program said last
 let refusal = '';     // reason for having no connection
-let lost_s = null;    // when the connection was lost
+let lost_s = null;    // when the connection was lost,
+let open_s = 0;       // and when it came
 let mute_s = null;    // time of the last word of a server that is silent
 let mute = '';        // which server that is
 // For tests: what is known, and the connection.
@@ -104,6 +105,7 @@ async function connect() {
     // The gateway's first word has the events of late, which would push this line out.
     if (lost_s !== null) note(`connected again at ${clock()}, after ${how_long(lost_s)}`);
     lost_s = null;
+    open_s = now();
   };
   socket.onclose = ({ reason }) => {
     clearTimeout(late);
@@ -127,10 +129,11 @@ function watch_server() {
   const was_busy = now() - watched_s > SILENT_S / 2;
   watched_s = now();
   if (was_busy || !window.sectio.connected || state.ended || state.silent_s === null) return;
-  if (mute_s === null && state.silent_s > SILENT_S) {
-    mute_s = now() - state.silent_s;
+  const silent_s = Math.min(state.silent_s, now() - open_s);
+  if (mute_s === null && silent_s > SILENT_S) {
+    mute_s = now() - silent_s;
     mute = state.silent ? `the server of ${state.silent}` : 'the server';
-  } else if (mute_s !== null && state.silent_s < SILENT_S) {
+  } else if (mute_s !== null && silent_s < SILENT_S) {
     note(`${mute} was silent for ${how_long(mute_s)}, until ${clock()}`, 'silence');
     mute_s = null;
   }
@@ -200,17 +203,6 @@ function element(kind, text, attributes = {}) {
 
 const button = (text, act) => element('button', text, { onclick: act });
 const claim = (tool, action, person = 0) => { call('claim', tool, CLAIM[action], person); flush(); };
-
-// People of the same name are told apart by a number, in the order in which they came.
-function names_of(people) {
-  const names = new Map();
-  for (const { id, name } of [...people].sort((a, b) => a.id - b.id)) {
-    let shown = name;
-    for (let n = 2; [...names.values()].includes(shown); ++n) shown = `${name} (${n})`;
-    names.set(id, shown);
-  }
-  return names;
-}
 
 function buttons_of(tool, index, me, names) {
   if (!me?.may_write) return [];
@@ -297,9 +289,9 @@ function show() {
   const me = state.people.find((p) => p.id === state.you);
   byId('hint').textContent = hint(me);
   byId('hint').hidden = byId('hint').textContent === '';
-  const names = names_of(state.people);
+  const names = new Map(state.people.map(({ id, name }) => [id, name]));
   const silent = mute_s !== null && !state.ended ? `${mute} has been silent for ${how_long(mute_s)}` : '';
-  byId('warning').textContent = window.sectio.connected ? silent || no_webgl : refusal;
+  byId('warning').textContent = window.sectio.connected ? silent || no_webgl : state.ended ? 'the session has ended' : refusal;
   byId('warning').hidden = byId('warning').textContent === '';
   byId('session').textContent = state.session || 'waiting for a session';
   const pace = state.ended ? ', ended' : state.speed === 0 ? ', paused' : (state.speed ?? 1) === 1 ? '' : `, × ${state.speed.toFixed(2)}`;
@@ -455,7 +447,7 @@ canvas.addEventListener('contextmenu', (event) => event.preventDefault());
 const KEYS = { q: [0.1, 0], e: [-0.1, 0], r: [0, 0.1], f: [0, -0.1] };
 window.addEventListener('keydown', (event) => {
   const turn = KEYS[event.key.toLowerCase()];
-  if (turn && !event.ctrlKey && !event.metaKey && !event.altKey && event.target.tagName !== 'INPUT') call('turn', ...turn);
+  if (turn && !event.ctrlKey && !event.metaKey && !event.altKey && event.target.id !== 'name') call('turn', ...turn);
 });
 
 // ---- begin ----

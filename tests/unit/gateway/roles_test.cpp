@@ -112,6 +112,17 @@ TEST_F(Theatre, who_holds_what_a_new_session_has_no_more_is_told) {
   EXPECT_EQ(notices[0], std::pair(ada, std::string("you hold the scalpel no more: the session has others now")));
 }
 
+TEST_F(Theatre, people_of_one_name_are_told_apart_by_a_number) {
+  EXPECT_TRUE(roles.hello(ben, {"Ada", "secret"}));
+  EXPECT_EQ(act(ben, ClaimAction::claim), "");
+  EXPECT_EQ(act(ada, ClaimAction::claim), "the scalpel is held by Ada (2)");
+  EXPECT_TRUE(roles.hello(ben, {"Ada", "secret"}));
+  EXPECT_EQ(roles.name_of(ben), "Ada (2)") << "the same person";
+  const std::string longest(kMaxNameBytes, 'a');
+  for (const std::uint32_t person : {ada, ben}) EXPECT_TRUE(roles.hello(person, {longest, "secret"}));
+  EXPECT_EQ(roles.name_of(ben), longest);
+}
+
 TEST(Roles, who_knows_the_leading_token_leads_and_gives_what_others_hold) {
   Roles roles{{"theatre", "professor"}};
   const std::uint32_t ada = roles.enter(), ben = roles.enter(), eve = roles.enter();
