@@ -128,7 +128,8 @@ int conclude(const ViewerOptions& options, World& world, const ClientNet& net, c
 
 int view(ViewerOptions options) {
   catch_stop_signals();
-  if (!options.report_file.empty()) check_can_write(options.report_file);  // now, not at the end
+  for (const std::string& file : {options.report_file, options.sheet_file})
+    if (!file.empty()) check_can_write(file);  // now, not at the end
   std::optional<HeardRecord> heard;
   if (!options.record_file.empty()) heard.emplace(options.record_file, options.name);
   Screen screen(options);

@@ -88,7 +88,7 @@ bool parse(int argc, char** argv, ViewerOptions& o) {
   arguments.option("--convergence-m", o.eyes.convergence_m, "distance without disparity; 0: to the camera's target");
   arguments.toggle("--fit-camera", o.fit_camera, "move the camera so that all bodies are in the picture");
   arguments.option("--show-field", o.field, "scalar field of the vertices to show in colours, such as temperature");
-  arguments.toggle("--wireframe", o.wireframe, "draw the edges of triangles");
+  arguments.toggle("--wireframe", o.wireframe, "draw the edges of triangles; not in a section");
   arguments.toggle("--section", o.section, "leave out the tissue in front of the first view's target");
   arguments.toggle("--no-overlay", o.no_overlay, "leave the numbers out of the picture");
   arguments.toggle("--no-pictures", o.no_pictures, "follow the session without drawing");

@@ -52,7 +52,10 @@ class MouseWindow {
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     SDL_Window* window = nullptr;
     const bool begun = SDL_InitSubSystem(SDL_INIT_VIDEO) == 0;
-    if (begun)
+    // Without a desktop SDL takes a driver that shows nothing, as if it had been asked for.
+    const std::string driver = begun ? SDL_GetCurrentVideoDriver() : "";
+    const bool shows_nothing = (driver == "offscreen" || driver == "dummy") && !std::getenv("SDL_VIDEODRIVER");
+    if (begun && !shows_nothing)
       window = SDL_CreateWindow(kTitle, SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED, kWidth_px, kHeight_px, 0);
     MouseState state;
     state.here = window != nullptr;
@@ -60,7 +63,7 @@ class MouseWindow {
     {
       const std::lock_guard lock(mutex_);
       tried_ = true;
-      if (!window) trouble_ = SDL_GetError();
+      if (!window) trouble_ = shows_nothing ? "there is no display" : SDL_GetError();
     }
     changed_.notify_all();
     while (window && !stop_ && state.here) {
