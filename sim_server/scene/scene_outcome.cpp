@@ -43,9 +43,12 @@ const std::vector<Measure>& measures() {
       {"line_cut_fraction",
        "With a line to cut: the share of it that was cut, near enough and half as deep as it should be.",
        &Outcome::line_cut_fraction, fraction, true},
-      {"line_deviation_m", "With a line to cut: how far beside it the cut is (root mean square).",
+      {"line_deviation_m",
+       "With a line to cut: how far beside it the cut is (root mean square); its length when nothing was cut.",
        &Outcome::line_deviation_m, count, true},
-      {"line_depth_m", "With a line to cut: the mean depth of the cut.", &Outcome::line_depth_m, count, true},
+      {"line_depth_m",
+       "With a line to cut: the mean depth of the cut; where a blade has passed several times, the deepest counts.",
+       &Outcome::line_depth_m, count, true},
       {"spared_touches", "With an exercise: times that an instrument began to touch a body that it should spare.",
        &Outcome::spared_touches, count, true}};
   return table;

@@ -13,6 +13,7 @@ constexpr double kLinePitch_m = 0.001;  // between the points at which a line is
 constexpr double kResists_n = 1e-3;     // less: a blade that has gone through, or is drawn out
 constexpr double kTouches_m = 1e-4;     // into the floor or side of a bin, which hold a piece up to rounding
 constexpr double kOverhangs = 0.1;      // so much of a part in a bin may hang over the rim
+constexpr double kSliver = 1e-5;        // share of the healthy tissue; less is rounding, and slivers of a cut
 constexpr double kWhole = 0.999;        // share of a volume that is measured on a grid
 
 std::string line(const char* format, double a, double b) {
@@ -33,76 +34,72 @@ double way_to(const Vec3& place_m, std::optional<Vec3>& before_m) {
 
 }  // namespace
 
-LineWatch::LineWatch(const LineSpec& line, const Pose& body_pose_world, double step_s)
-    : depth_wanted_m_(line.depth_m), within_m_(line.within_m), step_s_(step_s) {
+LineWatch::LineWatch(const LineSpec& line, const Pose& body_pose_world)
+    : depth_wanted_m_(line.depth_m), within_m_(line.within_m) {
+  double length_m = 0;
   for (std::size_t i = 0; i + 1 < line.points_body_m.size(); i += 2) {
     const Vec3 from = body_pose_world.to_world(line.points_body_m[i]);
     const Vec3 along = body_pose_world.to_world(line.points_body_m[i + 1]) - from;
     const int count = std::max(1, static_cast<int>(std::lround(along.norm() / kLinePitch_m)));
-    for (int n = 0; n < count; ++n) points_world_m_.push_back(from + (n + 0.5) / count * along);
+    for (int n = 0; n < count; ++n)
+      points_.push_back({from + (n + 0.5) / count * along, along.stableNormalized(), false, 0, std::nullopt});
+    length_m += along.norm();
   }
-  cut_.assign(points_world_m_.size(), false);
-  beside_m_.resize(points_world_m_.size());
+  pitch_m_ = points_.empty() ? 0 : length_m / static_cast<double>(points_.size());
 }
 
-// A cut that goes on beyond an end of the line is longer than the line, and not beside it.
-Vec3 LineWatch::aside_of(std::size_t point, const Vec3& from_point_m) const {
-  if (points_world_m_.size() < 2 || (point > 0 && point + 1 < points_world_m_.size())) return from_point_m;
-  const Vec3& inner_m = points_world_m_[point > 0 ? point - 1 : 1];
-  const Vec3 outwards = (points_world_m_[point] - inner_m).stableNormalized();
-  return from_point_m - std::max(0.0, from_point_m.dot(outwards)) * outwards;
-}
-
+// A cut that goes on beyond an end of the line is longer than the line, and not beside it; it is astray.
 void LineWatch::add(const Vec3& tip_world_m, const Vec3& shaft_world, double way_m) {
-  double least_m = HUGE_VAL, depth_m = 0;
-  Vec3 from_line_m = Vec3::Zero();
-  std::size_t nearest = 0;
-  for (std::size_t i = 0; i < points_world_m_.size(); ++i) {
-    const Vec3 to_point = points_world_m_[i] - tip_world_m;
+  double least_m = HUGE_VAL, least_aside_m = HUGE_VAL;
+  Point* nearest = nullptr;
+  for (Point& point : points_) {
+    const Vec3 to_point = point.at_world_m - tip_world_m;
     const double above_m = std::max(0.0, to_point.dot(shaft_world));
     const Vec3 from_point_m = above_m * shaft_world - to_point;
-    const double beside_m = from_point_m.norm();
-    if (beside_m < within_m_ && above_m > 0.5 * depth_wanted_m_) cut_[i] = true;
+    const double along_m = from_point_m.dot(point.along_world), half_m = 0.5 * pitch_m_;
+    const auto distance_m = [&](double least, double most) {
+      return (from_point_m - std::clamp(along_m, least, most) * point.along_world).norm();
+    };
+    if (distance_m(-HUGE_VAL, HUGE_VAL) < within_m_) {
+      const bool passes = std::abs(along_m) <= half_m + way_m;
+      if (passes) point.depth_m = std::max(point.depth_m, above_m);
+      // Scissors cut by the snip, which is longer than what one step shows of it.
+      if ((passes || std::abs(along_m) <= within_m_) && above_m > 0.5 * depth_wanted_m_) point.is_cut = true;
+    }
+    const double beside_m = distance_m(-half_m, half_m);
     if (beside_m >= least_m) continue;
     least_m = beside_m;
-    from_line_m = from_point_m;
-    nearest = i;
-    depth_m = above_m;
+    least_aside_m =
+        distance_m(&point == &points_.front() ? -HUGE_VAL : -half_m, &point == &points_.back() ? HUGE_VAL : half_m);
+    nearest = &point;
   }
+  if (!nearest) return;
   if (least_m > within_m_) astray_m_ += way_m;
-  least_m = aside_of(nearest, from_line_m).norm();
-  if (nearest < beside_m_.size()) beside_m_[nearest] = std::max(beside_m_[nearest].value_or(0), least_m);
+  nearest->beside_m = std::max(nearest->beside_m.value_or(0), least_aside_m);
   way_m_ += way_m;
-  square_m3_ += way_m * least_m * least_m;
-  most_m_ = std::max(most_m_, least_m);
-  depth_way_m2_ += way_m * depth_m;
-  // Two low-passes, one behind the other, lag behind a steady motion; twice the first less the second doesn't.
-  const double share = 1 - std::exp(-2 * M_PI * kTremor_hz * step_s_);
-  if (!slow_world_m_) slow_world_m_ = slower_world_m_ = tip_world_m;
-  *slow_world_m_ += share * (tip_world_m - *slow_world_m_);
-  *slower_world_m_ += share * (*slow_world_m_ - *slower_world_m_);
-  tremor_square_m2_ += (tip_world_m - 2 * *slow_world_m_ + *slower_world_m_).squaredNorm();
-  ++samples_;
+  square_m3_ += way_m * least_aside_m * least_aside_m;
+  most_m_ = std::max(most_m_, least_aside_m);
 }
 
 LineScore LineWatch::finish() const {
   LineScore score;
-  score.length_m = kLinePitch_m * static_cast<double>(points_world_m_.size());
-  score.cut_fraction =
-      static_cast<double>(std::ranges::count(cut_, true)) / static_cast<double>(std::max<std::size_t>(1, cut_.size()));
-  score.most_deviation_m = most_m_;
+  const auto count = static_cast<double>(std::max<std::size_t>(1, points_.size()));
+  score.length_m = pitch_m_ * static_cast<double>(points_.size());
+  score.cut_fraction = static_cast<double>(std::ranges::count(points_, true, &Point::is_cut)) / count;
   score.astray_m = astray_m_;
-  if (way_m_ > 0) {
-    score.deviation_m = std::sqrt(square_m3_ / way_m_);
-    score.depth_m = depth_way_m2_ / way_m_;
+  score.most_deviation_m = way_m_ > 0 ? most_m_ : score.length_m;
+  score.deviation_m = way_m_ > 0 ? std::sqrt(square_m3_ / way_m_) : score.length_m;
+  std::size_t reached = 0;
+  score.beside_m.resize(std::min(kLineParts, points_.size()));
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const Point& point = points_[i];
+    score.depth_m += point.depth_m;
+    reached += point.depth_m > 0;
+    if (!point.beside_m) continue;
+    std::optional<double>& part = score.beside_m[i * score.beside_m.size() / points_.size()];
+    part = std::max(part.value_or(0), *point.beside_m);
   }
-  score.beside_m.resize(std::min(kLineParts, beside_m_.size()));
-  for (std::size_t i = 0; i < beside_m_.size(); ++i) {
-    if (!beside_m_[i]) continue;
-    std::optional<double>& part = score.beside_m[i * score.beside_m.size() / beside_m_.size()];
-    part = std::max(part.value_or(0), *beside_m_[i]);
-  }
-  if (samples_ > 0) score.tremor_m = std::sqrt(tremor_square_m2_ / static_cast<double>(samples_));
+  score.depth_m /= static_cast<double>(std::max<std::size_t>(1, reached));
   return score;
 }
 
@@ -133,7 +130,11 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
 }
 
 ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
-    : scene_(scene), simulation_(simulation), tips_(scene.tools.size()), edges_(scene.tools.size()) {
+    : scene_(scene),
+      simulation_(simulation),
+      tremors_(scene.tools.size(), TremorGauge(scene.step_s)),
+      tips_(scene.tools.size()),
+      edges_(scene.tools.size()) {
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
     if (scene.bodies[b].name == scene.exercise->body) family_.push_back(b);
   for (const TissuePiece& piece : pieces()) {
@@ -142,8 +143,7 @@ ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
   }
   for (const ToolSpec& tool : scene.tools) instruments_.push_back({tool.name});
   if (!scene.exercise->spare.empty()) spared_touches_ = 0;
-  if (scene.exercise->line && !family_.empty())
-    line_.emplace(*scene.exercise->line, scene.bodies[family_[0]].pose, scene.step_s);
+  if (scene.exercise->line && !family_.empty()) line_.emplace(*scene.exercise->line, scene.bodies[family_[0]].pose);
 }
 
 std::vector<TissuePiece> ExerciseScore::pieces() const {
@@ -169,6 +169,7 @@ void ExerciseScore::add(const StepOutput& output) {
       return contact.tool_id == i && contact.state == ContactState::penetration &&
              contact.force_world_n.norm() > kResists_n;
     });
+    if (line_) tremors_[i].add(edge, cuts);
     if (line_ && cuts) line_->add(edge, pose->orientation * Vec3::UnitZ(), way_m);
   }
   for (const Event& event : output.events)
@@ -203,7 +204,11 @@ Score ExerciseScore::finish() const {
     if (piece->in_bin) score.marked_in_bin_m3 += piece->marked_m3;
     score.removed.push_back(*piece);
   }
-  if (line_) score.line = line_->finish();
+  if (std::abs(score.healthy_lost_m3) < kSliver * healthy_m3_) score.healthy_lost_m3 = 0;
+  if (line_) {
+    score.line = line_->finish();
+    for (const TremorGauge& tremor : tremors_) score.line->tremor_m = std::max(score.line->tremor_m, tremor.rms_m());
+  }
   score.spared_touches = spared_touches_;
   score.has_bin = scene_.exercise->bin.has_value();
   score.in_bin =

@@ -12,6 +12,7 @@
 #include "common/material/region_volumes.h"
 #include "common/math/positions_view.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/session/tremor_gauge.h"
 #include "sim_server/simulation.h"
 
 namespace sectio {
@@ -45,11 +46,11 @@ struct InstrumentUse {
 struct LineScore {
   double length_m = 0;
   double cut_fraction = 0;  // share of the line cut near enough, and half as deep as it should be
-  double deviation_m = 0;   // root mean square, over the way that was cut
+  double deviation_m = 0;   // root mean square, over the way that was cut; the whole length when nothing was
   double most_deviation_m = 0;
-  double depth_m = 0;   // mean
+  double depth_m = 0;   // the deepest of all passages at a place, mean over the places of the line that were reached
   double astray_m = 0;  // length of the cut that is further from the line than the tolerance
-  double tremor_m = 0;  // root mean square of the tip's motion above kTremor_hz
+  double tremor_m = 0;  // the hand that trembles most (tremor_gauge.h)
   // The largest deviation in each of equal parts of the line, at most kLineParts; nothing where no blade was.
   std::vector<std::optional<double>> beside_m;
 };
@@ -74,10 +75,8 @@ struct Score {
 // Follows blades along the line of an exercise.
 class LineWatch {
  public:
-  static constexpr double kTremor_hz = 6;
-
   LineWatch() = default;
-  LineWatch(const LineSpec& line, const Pose& body_pose_world, double step_s);
+  LineWatch(const LineSpec& line, const Pose& body_pose_world);
   // A blade that is in the tissue: the end of its edge, and which way its shaft goes; `way_m`: of this end since the
   // last step.
   void add(const Vec3& tip_world_m, const Vec3& shaft_world, double way_m);
@@ -85,21 +84,25 @@ class LineWatch {
 
   template <class A>
   void archive(A& a) {
-    a(depth_wanted_m_, within_m_, step_s_, points_world_m_, cut_, beside_m_, way_m_, square_m3_, most_m_, depth_way_m2_,
-      astray_m_, slow_world_m_, slower_world_m_, tremor_square_m2_, samples_);
+    a(depth_wanted_m_, within_m_, pitch_m_, points_, way_m_, square_m3_, most_m_, astray_m_);
   }
 
  private:
-  Vec3 aside_of(std::size_t point, const Vec3& from_point_m) const;
+  struct Point {
+    Vec3 at_world_m, along_world;
+    bool is_cut = false;
+    double depth_m = 0;              // the deepest passage near enough
+    std::optional<double> beside_m;  // the largest deviation of blades that were nearest to it
 
-  double depth_wanted_m_ = 0, within_m_ = 0, step_s_ = 0;
-  std::vector<Vec3> points_world_m_;  // a millimetre apart
-  std::vector<bool> cut_;
-  std::vector<std::optional<double>> beside_m_;  // largest deviation by point
-  double way_m_ = 0, square_m3_ = 0, most_m_ = 0, depth_way_m2_ = 0, astray_m_ = 0;
-  std::optional<Vec3> slow_world_m_, slower_world_m_;  // the tip without its tremor
-  double tremor_square_m2_ = 0;
-  std::size_t samples_ = 0;
+    template <class A>
+    void archive(A& a) {
+      a(at_world_m, along_world, is_cut, depth_m, beside_m);
+    }
+  };
+
+  double depth_wanted_m_ = 0, within_m_ = 0, pitch_m_ = 0;
+  std::vector<Point> points_;  // about a millimetre apart; each stands for half of the way to its neighbours
+  double way_m_ = 0, square_m3_ = 0, most_m_ = 0, astray_m_ = 0;
 };
 
 class ExerciseScore {
@@ -113,7 +116,7 @@ class ExerciseScore {
 
   template <class A>
   void archive(A& a) {
-    a(family_, marked_m3_, healthy_m3_, instruments_, line_, tips_, edges_, spared_touches_, first_touch_s_,
+    a(family_, marked_m3_, healthy_m3_, instruments_, line_, tremors_, tips_, edges_, spared_touches_, first_touch_s_,
       last_touch_s_);
   }
 
@@ -126,6 +129,7 @@ class ExerciseScore {
   double marked_m3_ = 0, healthy_m3_ = 0;
   std::vector<InstrumentUse> instruments_;
   std::optional<LineWatch> line_;
+  std::vector<TremorGauge> tremors_;               // by tool
   std::vector<std::optional<Vec3>> tips_, edges_;  // by tool: A, and the lower end of what cuts
   std::optional<std::size_t> spared_touches_;
   std::optional<double> first_touch_s_;
