@@ -28,6 +28,18 @@ BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored)
   return spec;
 }
 
+// A part of `one` lies in `other`, deeper than where bodies touch.
+bool reaches_into(Body& one, Body& other) {
+  const SurfaceView& view = one.view();
+  const Box3 box = other.bounds_world_m();
+  for (VertexId v = 0; v < view.mesh.vertex_slots(); ++v) {
+    const Vec3 p = view.positions_world_m[v].cast<double>();
+    if (!view.mesh.vertex_alive(v) || !box.contains(p) || !other.tree().inside(other.view(), p)) continue;
+    if (!other.tree().closest(other.view(), p, kTouchReach_m)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 SimulatedWorld::SimulatedWorld(const Scene& s, const EngineTable& engines)
@@ -51,15 +63,11 @@ SimulatedWorld::SimulatedWorld(const Scene& s, const EngineTable& engines)
 }
 
 void SimulatedWorld::find_nested() {
-  std::vector<BodyContact> overlaps;
   for (std::uint32_t a = 0; a < bodies.size(); ++a)
     for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
       Body &one = *bodies[a], &other = *bodies[b];
       if (!one.deforms() || !other.deforms() || !one.spec.fixed || !other.spec.fixed) continue;
-      overlaps.clear();
-      find_body_contacts({one.view(), one.tree()}, {other.view(), other.tree()}, 0, overlaps);
-      if (std::ranges::any_of(overlaps, [](const BodyContact& c) { return c.depth_m > kTouchReach_m; }))
-        nested_.emplace(a, b);
+      if (reaches_into(one, other) || reaches_into(other, one)) nested_.emplace(a, b);
     }
 }
 
