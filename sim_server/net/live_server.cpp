@@ -161,11 +161,15 @@ void LiveServer::expect_hands() {
     if (session_.run->simulation().tool_pose_world(tool)) session_.net->expect(tool);
 }
 
-void LiveServer::lead() {
-  due_ = Clock::now();
+void LiveServer::begin_term() {
   expect_hands();
+  due_ = Clock::now();
   session_.net->set_pace(session_.pace);
   if (session_.pace.is_paused()) show_now();
+}
+
+void LiveServer::lead() {
+  begin_term();
   while (session_.has_more_steps()) {
     yield_to_another_server(*session_.net, session_.options);
     if (const auto claim = session_.net->others().false_claim()) keep_session(*claim);
@@ -291,10 +295,7 @@ void LiveServer::begin(LiveSession::Try next) {
   Succession succession = session_.succession(session_.net->epoch());
   succession.record = nullptr;
   session_.net->take_over(std::move(succession));
-  expect_hands();
-  due_ = Clock::now();
-  session_.net->set_pace(session_.pace);
-  if (session_.pace.is_paused()) show_now();
+  begin_term();
 }
 
 // The term after the claimed one, from the program that held the session before, settles who holds it (epoch_owners.h).

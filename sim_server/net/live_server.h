@@ -34,6 +34,7 @@ class LiveServer {
   void recall_orders();
   void keep_orders() const;
   void expect_hands();
+  void begin_term();
   void tell(EventKind kind, const std::string& text);
   void tell_faults();
   void tell_score();

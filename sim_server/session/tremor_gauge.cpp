@@ -23,11 +23,11 @@ void TremorGauge::add(const Vec3& tip_world_m, bool counts) {
   const std::size_t middle = (next_ + half_) % count;
   if (tips_world_m_.size() < count || !counts_[middle]) return;
   const auto m = static_cast<double>(half_);
-  const double sum = (2 * m - 1) * (2 * m + 1) * (2 * m + 3);
+  const double scale = 3 / ((2 * m - 1) * (2 * m + 1) * (2 * m + 3)), most = 3 * m * m + 3 * m - 1;
   Vec3 smooth_world_m = Vec3::Zero();
   for (std::size_t i = 0; i < count; ++i) {
     const double k = static_cast<double>(i) - m;
-    smooth_world_m += 3 * (3 * m * m + 3 * m - 1 - 5 * k * k) / sum * tips_world_m_[(next_ + i) % count];
+    smooth_world_m += scale * (most - 5 * k * k) * tips_world_m_[(next_ + i) % count];
   }
   square_m2_ += (tips_world_m_[middle] - smooth_world_m).squaredNorm();
   if (++samples_ < half_) return;

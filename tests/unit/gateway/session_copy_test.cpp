@@ -11,17 +11,30 @@
 namespace sectio::test {
 namespace {
 
-TEST(SessionCopy, goes_on_with_the_bodies_of_a_later_term_and_hears_no_ghost) {
+struct CopyOfAWorld : testing::Test {
   MovingWorld world;
   SceneInfo scene = world.scene("theatre");
-  scene.epoch = first_epoch(5);
   SessionCopy copy;
-  copy.announce(scene);
-  const auto send_keyframe = [&](std::uint64_t epoch) {
+
+  void SetUp() override {
+    scene.epoch = first_epoch(5);
+    copy.announce(scene);
+  }
+  void send_keyframe() {
     for (KeyframeChunk& chunk :
-         split_keyframe(epoch, 0, world.mesh().revision(), to_bytes(keyframe_of(world.mesh())), kChunkBytes))
+         split_keyframe(scene.epoch, 0, world.mesh().revision(), to_bytes(keyframe_of(world.mesh())), kChunkBytes))
       copy.feed(std::move(chunk));
-  };
+  }
+  StateHeader state() const {
+    StateHeader header;
+    header.epoch = scene.epoch;
+    header.bodies = {BodyState{}};
+    header.bodies[0].revision = world.mesh().revision();
+    return header;
+  }
+};
+
+TEST_F(CopyOfAWorld, goes_on_with_the_bodies_of_a_later_term_and_hears_no_ghost) {
   const auto send_cuts = [&](std::uint64_t epoch) {
     for (const BodyDelta& delta : world.step(true).deltas) copy.feed(DeltaMessage{epoch, 0, delta.delta});
   };
@@ -29,7 +42,7 @@ TEST(SessionCopy, goes_on_with_the_bodies_of_a_later_term_and_hears_no_ghost) {
     const auto& chunks = copy.keyframe({epoch, 0, kNoRevision, 0});
     return chunks.empty() ? std::nullopt : std::optional(decode<KeyframeChunk>(*chunks.front()));
   };
-  send_keyframe(scene.epoch);
+  send_keyframe();
   send_cuts(scene.epoch);
   ASSERT_TRUE(revision_served(scene.epoch));
 
@@ -49,17 +62,11 @@ TEST(SessionCopy, goes_on_with_the_bodies_of_a_later_term_and_hears_no_ghost) {
 }
 
 // A server may have died without a word, and another one have come with another scene: who joins sees the living one.
-TEST(SessionCopy, names_the_server_first_that_was_heard_last) {
-  MovingWorld world;
-  SessionCopy copy;
-  SceneInfo scene = world.scene("theatre");
+TEST_F(CopyOfAWorld, names_the_server_first_that_was_heard_last) {
   for (const std::uint64_t name : {5, 6}) {
     scene.epoch = first_epoch(name);
     copy.announce(scene);
-    StateHeader header;
-    header.epoch = scene.epoch;
-    header.bodies = {BodyState{}};
-    copy.feed(header);
+    copy.feed(state());
     const auto first = decode<SceneInfo>(*copy.scenes().front());
     ASSERT_TRUE(first);
     EXPECT_EQ(first->epoch, scene.epoch);
@@ -68,25 +75,14 @@ TEST(SessionCopy, names_the_server_first_that_was_heard_last) {
 }
 
 // A record that is shown from a later moment, and pauses there, tells no change of a body.
-TEST(SessionCopy, asks_for_the_bodies_of_a_later_term_that_begins_further_on) {
-  MovingWorld world;
-  SceneInfo scene = world.scene("theatre");
-  scene.epoch = first_epoch(5);
-  SessionCopy copy;
-  copy.announce(scene);
-  for (KeyframeChunk& chunk :
-       split_keyframe(scene.epoch, 0, world.mesh().revision(), to_bytes(keyframe_of(world.mesh())), kChunkBytes))
-    copy.feed(std::move(chunk));
+TEST_F(CopyOfAWorld, asks_for_the_bodies_of_a_later_term_that_begins_further_on) {
+  send_keyframe();
   while (!copy.take_requests(1).empty()) {
   }
   world.step(true);
   scene.epoch += 2;
   copy.announce(scene);
-  StateHeader header;
-  header.epoch = scene.epoch;
-  header.bodies = {BodyState{}};
-  header.bodies[0].revision = world.mesh().revision();
-  copy.feed(header);
+  copy.feed(state());
   std::vector<KeyframeRequest> requests;
   for (double now_s = 1; now_s < 3 && requests.empty(); now_s += 0.1) requests = copy.take_requests(now_s);
   ASSERT_EQ(requests.size(), 1u);
