@@ -3,6 +3,7 @@
 // free piece may have a bed to lie on.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -29,6 +30,7 @@ class RestFrames {
   std::uint32_t size() const { return static_cast<std::uint32_t>(components_.size()); }
   std::uint32_t component_of(VertexId v) const { return component_of_[v]; }
   bool is_free(std::uint32_t component) const { return components_[component].free; }
+  bool any_free() const { return std::ranges::any_of(components_, &Component::free); }
   const Pose& frame_world(std::uint32_t component) const { return components_[component].frame_world; }
 
   // The frames of free components follow their vertices, which are weighted by their masses; `moved(v)` is called for

@@ -316,12 +316,11 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   SECTIO_ASSERT(position_world_m.size() == rest_body_m_.size(), "one position a vertex slot");
   const double h = settings_.step_s;
   take_fixed_home(position_world_m, velocity_m_per_s);
-  frames_.follow(home_body_m_, physical_mass_, position_world_m,
-                 [&](VertexId v) { rows_.set_home(v, home_world_m(v)); });
   was_implicit_ = settings_.adapts && (h > largest_stable_step_s() || (stable_for_ > 0 && stable_for_-- > 0));
   if (was_implicit_) return implicit_step(position_world_m, velocity_m_per_s, constraints, reactions);
 
   find_held(constraints);
+  follow(position_world_m);
   if (parts_ == 1) {
     explicit_step(position_world_m, velocity_m_per_s);
     project(constraints, inverse_mass_, h, position_world_m, velocity_m_per_s, reactions);
@@ -329,11 +328,18 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   }
   divided_.begin(constraints, position_world_m, parts_);
   for (int part = 0; part < parts_; ++part) {
+    if (part > 0) follow(position_world_m);
     explicit_step(position_world_m, velocity_m_per_s);
     divided_.project_substep(part, part_s(), inverse_mass_, position_world_m, velocity_m_per_s);
     slow_down_unpushed(position_world_m, velocity_m_per_s);
   }
   divided_.finish(reactions);
+}
+
+// Homes that stayed behind would brake a piece that moves.
+void SurfaceSprings::follow(std::span<const Vec4f> position_world_m) {
+  frames_.follow(home_body_m_, physical_mass_, position_world_m,
+                 [&](VertexId v) { rows_.set_home(v, home_world_m(v)); });
 }
 
 // The bottom of a cut that goes down into fixed tissue is fixed from then on, and was moving.
@@ -429,6 +435,11 @@ void SurfaceSprings::push(std::span<Vec4f> velocity_m_per_s) {
 void SurfaceSprings::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                                    std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   ++implicit_steps_;
+  if (frames_.any_free()) {
+    ahead_world_m_.assign(position_world_m.begin(), position_world_m.end());
+    update_positions(static_cast<float>(settings_.step_s), velocity_m_per_s, ahead_world_m_);
+    follow(ahead_world_m_);
+  }
   push(velocity_m_per_s);
   corners_of(constraints, corners_);
   energy_.read(rows_, static_cast<std::uint32_t>(rest_body_m_.size()));

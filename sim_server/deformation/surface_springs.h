@@ -197,6 +197,7 @@ class SurfaceSprings final : public DeformationEngine {
     VertexId v = kNone;
     Vec4f before_m_per_s = Vec4f::Zero(), free_m_per_s = Vec4f::Zero();
   };
+  void follow(std::span<const Vec4f> position_world_m);
   void take_fixed_home(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   void find_held(std::span<const PointConstraint> constraints);
   void slow_down_unpushed(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
@@ -235,6 +236,7 @@ class SurfaceSprings final : public DeformationEngine {
 
   SpringEnergy energy_;
   ImplicitDriver driver_;
+  std::vector<Vec4f> ahead_world_m_;  // after an implicit step without forces
   InsidePressure inside_;
   std::vector<Held> held_;
   ConstraintSupports corners_;

@@ -62,6 +62,25 @@ TEST(ShapeMatching, keeps_the_last_frame_when_nothing_has_weight) {
   EXPECT_EQ(match_shape({}, last).position_m, last.position_m);
 }
 
+// Homes that lag behind a piece would brake it, in parts of steps and in implicit ones.
+TEST(FreePiece, flies_as_far_however_its_steps_are_taken) {
+  const TriangleMesh mesh = two_bodies();
+  const std::vector<VertexId> piece = piece_of(mesh);
+  for (const double skin_m : {0.002, 0.2, 100.0}) {
+    SurfaceSpringMaterial material = slack();
+    material.skin_thickness_m = skin_m;
+    SurfaceSprings springs(mesh, {}, material, test::no_gravity());
+    springs.set_component(1, piece, false);
+    Particles p(mesh, {});
+    for (const VertexId v : piece) p.v[v] = Vec4f(0.2f, 0, 0.1f, 0);
+    p.run(springs, 200);
+    EXPECT_EQ(springs.diagnostics().implicit_steps, skin_m > 1 ? 200u : 0u);
+    EXPECT_EQ(springs.parts() == 1, skin_m < 0.01);
+    for (const VertexId v : piece)
+      EXPECT_LT((p.at(v) - mesh.rest_body_m(v) - Vec3(0.04, 0, 0.02)).norm(), 1e-4) << skin_m;
+  }
+}
+
 TEST(FreePiece, turns_and_flies_without_spurious_force) {
   const TriangleMesh mesh = two_bodies();
   const std::vector<VertexId> piece = piece_of(mesh);
