@@ -49,7 +49,7 @@ class Planner {
         continue;
       }
       plan_.chosen = all_[at];
-      plan_.fits = worst_ratio(plan_.chosen) <= 1;
+      plan_.fits = worst_ratio(plan_.chosen) <= 1 && plan_.chosen.unfit.empty();
       break;
     }
     for (const Method& method : in_.methods) {
@@ -70,9 +70,11 @@ class Planner {
   std::size_t best(const std::vector<Candidate>& of) const {
     std::size_t best = 0;
     for (std::size_t i = 1; i < of.size(); ++i) {
+      const bool is_fit = of[i].unfit.empty(), best_is_fit = of[best].unfit.empty();
       const bool fits = worst_ratio(of[i]) <= 1, best_fits = worst_ratio(of[best]) <= 1;
       const bool is_surface = !of[i].method->needs_volume();
-      const bool better = fits != best_fits                          ? fits
+      const bool better = is_fit != best_is_fit                      ? is_fit
+                          : fits != best_fits                        ? fits
                           : fits && is_surface                       ? true
                           : fits && !of[best].method->needs_volume() ? false
                           : !fits                                    ? worst_ratio(of[i]) < worst_ratio(of[best])
@@ -167,6 +169,7 @@ class Planner {
   void take(const Built& built, Candidate& c) {
     c.built = true;
     c.weighed = built.weighed;
+    c.unfit = built.unfit;
     for (Candidate& other : all_)
       if (c.weighed && other.method == c.method) set_error(other);
     c.elements = built.elements;

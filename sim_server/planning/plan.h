@@ -77,15 +77,18 @@ struct Candidate {
   Load worst = Load::bending;     // the load with this error
   bool built = false;             // elements, vertices and substeps are counted, not estimated
   std::optional<double> weighed;  // the error by weight as it was measured; empty: it follows from the law
+  std::string unfit;              // as in Built
 
   double most_cpu() const { return std::max(cpu, cut_cpu); }
 };
 
-// The counts of a candidate that was built, and its error by weight if that was measured.
+// The counts of a candidate that was built, its error by weight if that was measured, and why a run with it would not
+// be ok; empty: nothing speaks against it.
 struct Built {
   double elements = 0, vertices = 0, surface_vertices = 0;
   int substeps = 1;
   std::optional<double> weighed = {};
+  std::string unfit = {};
 };
 
 struct BodyPlan {
@@ -96,9 +99,10 @@ struct BodyPlan {
 };
 
 // Chooses a candidate, has it built if `build` is given, and chooses again with its counts and its measured error until
-// the choice stays. A candidate that isn't built is judged by a built one of its method (finer()). The
-// choice is a surface if it keeps both budgets, else the cheapest candidate that does, else that with the
-// smallest max(error / budget, cost / budget). The cost of a body that is cut is the cost while it is cut.
+// the choice stays. A candidate that isn't built is judged by a built one of its method (finer()), and one that is
+// unfit when built is taken only if all are. The choice is a surface if it keeps both budgets, else the cheapest
+// candidate that does, else that with the smallest max(error / budget, cost / budget). The cost of a body that is cut
+// is the cost while it is cut.
 BodyPlan plan(const PlanInput& input, const Calibration& calibration,
               const std::function<Built(const Candidate&)>& build = {});
 

@@ -22,7 +22,8 @@ std::string line_of(const Candidate& c, const Budgets& budgets, bool chosen) {
   line += formatted(" %6.3g mm %8.0f  %5.3g ms / %-3d %8.3g %s %8.3g %s", 1e3 * c.cell_m, c.elements, 1e3 * c.step_s,
                     c.substeps, c.error, c.error <= budgets.error ? " " : "!", c.cpu, c.cpu <= budgets.cpu ? " " : "!");
   if (c.cut_cpu > 0) line += formatted("%8.3g %s", c.cut_cpu, c.cut_cpu <= budgets.cpu ? " " : "!");
-  return line + (c.error > 0 ? formatted(" %s", to_string(c.worst)) : std::string(" no load")) + "\n";
+  line += c.error > 0 ? formatted(" %s", to_string(c.worst)) : std::string(" no load");
+  return line + (c.unfit.empty() ? "" : ", " + c.unfit) + "\n";
 }
 
 std::string line_of(const Stroke& stroke) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/formatted.h"
+#include "sim_server/deformation/integrator_diagnostics.h"
 #include "sim_server/world/body.h"
 
 namespace sectio {
@@ -52,15 +54,25 @@ planning::Built Trials::of(const OnTrial& subject, const Candidate& c) {
     if (trial.weighed) *trial.weighed *= planning::finer(*c.method, trial.cell_m, c.cell_m);
   }
   const double parts_needed = std::clamp(std::ceil(c.step_s / trial.size.part_limit_s), 1.0, 1000.0);
-  return {trial.size.elements, trial.size.vertices, trial.surface_vertices,
-          std::isfinite(trial.size.part_limit_s) ? static_cast<int>(parts_needed) : trial.size.parts, trial.weighed};
+  return {.elements = trial.size.elements,
+          .vertices = trial.size.vertices,
+          .surface_vertices = trial.surface_vertices,
+          .substeps = std::isfinite(trial.size.part_limit_s) ? static_cast<int>(parts_needed) : trial.size.parts,
+          .weighed = trial.weighed,
+          .unfit = !fine && trial.added_mass > kMostAddedMass
+                       ? formatted("%.0f %% of mass added", 100 * trial.added_mass)
+                       : ""};
 }
 
 Trials::Made Trials::made(const OnTrial& subject, const Candidate& c) {
   const Scene one = filled(subject.body, c);
   Body body(one.bodies[0], one, 0, engines_.model(one.bodies[0].model).make);
   DeformationEngine& engine = *body.engines.deformation;
-  Made made{engine.size(body.shared()), static_cast<double>(body.mesh.vertex_count()), c.cell_m, {}};
+  Made made{engine.size(body.shared()),
+            static_cast<double>(body.mesh.vertex_count()),
+            c.cell_m,
+            engine.diagnostics().added_mass_fraction,
+            {}};
   if (!subject.gravity_body_m_per_s2) return made;
   if (const auto sag = engine.sag(*subject.gravity_body_m_per_s2); !sag.empty())
     made.weighed = weighed(subject).error_of(sag);

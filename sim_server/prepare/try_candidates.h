@@ -35,7 +35,7 @@ class Trials {
  private:
   struct Made {
     ModelSize size;
-    double surface_vertices = 0, cell_m = 0;
+    double surface_vertices = 0, cell_m = 0, added_mass = 0;
     std::optional<double> weighed;
   };
   Made made(const OnTrial& subject, const planning::Candidate& candidate);

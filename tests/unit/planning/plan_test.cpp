@@ -276,6 +276,21 @@ TEST(Plan, builds_what_it_takes_and_goes_on_when_it_is_dearer) {
   EXPECT_TRUE(p.chosen.method != first.method || p.chosen.cell_m != first.cell_m);
 }
 
+TEST(Plan, takes_what_is_unfit_only_if_all_are) {
+  PlanInput in = of_box({0.1, 0.025, 0.025}, {bending(0.025)});
+  in.budgets = {0.2, 0.5};
+  const double coarse_m = 0.9 * plan(in, calibration()).chosen.cell_m;
+  const auto built = [](const Candidate& c, bool unfit) {
+    return Built{c.elements, c.vertices, c.vertices, c.substeps, {}, unfit ? "26 % of mass added" : ""};
+  };
+  const BodyPlan p = plan(in, calibration(), [&](const Candidate& c) { return built(c, c.cell_m > coarse_m); });
+  EXPECT_LE(p.chosen.cell_m, coarse_m);
+  EXPECT_EQ(p.chosen.unfit, "");
+  const BodyPlan none = plan(in, calibration(), [&](const Candidate& c) { return built(c, true); });
+  EXPECT_FALSE(none.fits);
+  EXPECT_NE(to_text(in, none).find("26 % of mass added"), std::string::npos);
+}
+
 TEST(Plan, believes_what_was_weighed_more_than_a_law) {
   BodyLoad weight = bending(0.025);
   weight.is_weight = true;
