@@ -77,7 +77,7 @@ struct Candidate {
   Load worst = Load::bending;     // the load with this error
   bool built = false;             // elements, vertices and substeps are counted, not estimated
   std::optional<double> weighed;  // the error by weight as it was measured; empty: it follows from the law
-  std::string unfit;              // as in Built
+  std::string unfit;              // why a run with it would not be ok; empty: nothing is known
 
   double most_cpu() const { return std::max(cpu, cut_cpu); }
 };

@@ -159,6 +159,7 @@ void Recorder::State::gather(const StepOutput& output, double step_wall_time_s) 
   f.body_steps_asleep += output.report.bodies_asleep;
   for (const Event& e : output.events) {
     ++f.events[to_string(e.kind)];
+    f.strokes.add(e);
     if (e.kind == EventKind::instrument_withdrawn) log_warning(e.text);
     if (e.kind == EventKind::contact_ended && !e.text.empty()) log_limited(LogLevel::info, "contact ended", e.text);
     if (e.kind == EventKind::did_not_cut) log_limited(LogLevel::info, "did not cut", e.text);

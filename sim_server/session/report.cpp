@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cinttypes>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -95,6 +96,19 @@ Json run_report(const RunFigures& f, const Scene& scene) {
   return run;
 }
 
+Json stroke_report(const StrokeEntry& stroke, const Scene& scene, const Simulation& simulation) {
+  Json entry;
+  entry["tool"] = scene.tools.at(stroke.tool_id).name;
+  entry["body"] = simulation.body(stroke.body_id).name;
+  const auto at_s = [&](std::uint64_t step) {
+    return std::round(1e6 * static_cast<double>(step) * scene.step_s) / 1e6;
+  };
+  entry["from_s"] = at_s(stroke.from_step);
+  if (stroke.to_step > 0) entry["to_s"] = at_s(stroke.to_step);
+  entry["end"] = stroke.end;
+  return entry;
+}
+
 Json session_report(const RunFigures& f) {
   Json session;
   session["copy_bytes"] = f.cost->copy_bytes;
@@ -181,6 +195,8 @@ std::string report_text(const RunFigures& figures, const Scene& scene, const Sim
   report["outcome"] = outcome_report(figures.outcome, scene);
   for (const Expectation& e : scene.expect) report["expected"][e.measure->key] = e.range.in_words();
   report["run"] = run_report(figures, scene);
+  for (const StrokeEntry& stroke : figures.strokes.strokes())
+    report["strokes"].push_back(stroke_report(stroke, scene, simulation));
   if (figures.score) report["exercise"] = exercise_report(*figures.score);
   if (figures.cost) report["session_cost"] = session_report(figures);
   return report.dump(2) + "\n";

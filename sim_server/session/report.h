@@ -10,6 +10,7 @@
 
 #include "common/core/time_digest.h"
 #include "sim_server/session/exercise_score.h"
+#include "sim_server/session/stroke_log.h"
 #include "sim_server/world/step_io.h"
 
 namespace sectio {
@@ -46,10 +47,11 @@ struct CutCost {
 // The figures of a run, gathered step by step (Recorder).
 struct RunFigures {
   std::uint64_t steps = 0, body_steps = 0, body_steps_asleep = 0;
-  TimeDigest step_times, publish_times;                // wall clock
-  double processor_s = 0;                              // processor's time of the whole run
-  std::map<std::string, std::uint64_t> events;         // how many of each kind
-  std::map<std::string, std::uint64_t> refusals;       // cuts that were refused, by reason
+  TimeDigest step_times, publish_times;           // wall clock
+  double processor_s = 0;                         // processor's time of the whole run
+  std::map<std::string, std::uint64_t> events;    // how many of each kind
+  std::map<std::string, std::uint64_t> refusals;  // cuts that were refused, by reason
+  StrokeLog strokes;
   std::vector<std::string> warnings;                   // each once
   std::vector<double> body_cpu_s, body_residual_m;     // by body: total so far; largest value
   std::vector<double> body_residual, body_added_mass;  // by body: largest value
@@ -64,8 +66,9 @@ struct RunFigures {
   // Without the times of steps, which are of this run, and what belongs to its end.
   template <class A>
   void archive(A& a) {
-    a(steps, body_steps, body_steps_asleep, events, refusals, warnings, body_cpu_s, body_residual_m, body_residual,
-      body_added_mass, body_cuts, least_margin, largest_penetration_m, largest_force_n, largest_added_mass, last);
+    a(steps, body_steps, body_steps_asleep, events, refusals, strokes, warnings, body_cpu_s, body_residual_m,
+      body_residual, body_added_mass, body_cuts, least_margin, largest_penetration_m, largest_force_n,
+      largest_added_mass, last);
   }
 };
 
@@ -76,8 +79,8 @@ inline std::uint64_t count_of(const RunFigures& figures, EventKind kind) {
 
 // JSON: whether the run was ok, and the reasons (session/verdict.h) if it was not; for each body vertices, triangles,
 // components, Euler characteristic, closed and manifold flags, volume now and at rest, revision and hash; for the run
-// steps, cuts, contact time, step times, stability margin, warnings. Times of steps and processor are the only numbers
-// that differ between two runs on the same samples.
+// steps, cuts, contact time, step times, stability margin, warnings; the strokes. Times of steps and processor are the
+// only numbers that differ between two runs on the same samples.
 std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation,
                         std::span<const std::string> reasons);
 

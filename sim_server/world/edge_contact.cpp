@@ -63,7 +63,7 @@ bool EdgeContact::may_enter() const {
 
 void EdgeContact::set_free() {
   if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
-  if (phase_ == Phase::cutting) events_.push_back({EventKind::cut_ended});
+  if (phase_ == Phase::cutting) events_.push_back({EventKind::cut_ended, why_lifted_});
   phase_ = Phase::free;
   said_tip_is_outside_ = false;
   stroke_.resistance().release();
@@ -321,6 +321,7 @@ void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& ent
                        std::vector<BladeMotion>& motions) {
   stroke_.resistance().begin_step();
   slips_off_.reset();
+  why_lifted_ = {};
   if (phase_ == Phase::spent) rest_in_groove();
   if (body_.frozen && (entry_ || phase_ == Phase::cutting)) return refuse_frozen(motions);
   if (entry_) return begin_stroke(entries, motions);
@@ -351,9 +352,10 @@ void EdgeContact::follow_stroke(const CutPoint& cut, std::span<const JointPose> 
   const Pose frame = body_.frame_world(cut.near);
   if (!body_.cut_traits.edge_cuts_anywhere && cut.normal_body.squaredNorm() > 0.5)
     normal_ = frame.orientation * cut.normal_body;
-  auto [motion, end_goes_to, slips] =
+  auto [motion, end_goes_to, slips, why_lifted] =
       stroke_.follow(body_, {edge_, poses, opening_before_rad_, cut, frame, point_, normal_});
   motions.push_back(std::move(motion));
+  why_lifted_ = why_lifted;
   if (slips) slips_off_ = frame;
   if (!end_goes_to) return;
   PointConstraint c = drag(cut.follows, body_.particle_view().position(cut.follows), *end_goes_to, step_s_);
@@ -405,7 +407,8 @@ void EdgeContact::planned(const CutPlan& plan, bool accepted) {
     return slip_off("it went aside, and the tissue slipped off");
   if (end == StrokeEnd::lifted && !opens_from_edge(body_.cut_traits)) return set_free();
   end_cut();
-  if (end == StrokeEnd::lifted || end == StrokeEnd::through) events_.push_back({EventKind::cut_ended});
+  if (end == StrokeEnd::lifted) events_.push_back({EventKind::cut_ended, why_lifted_});
+  if (end == StrokeEnd::through) events_.push_back({EventKind::cut_ended, "it has cut through"});
 }
 
 void EdgeContact::let_go() {
@@ -434,7 +437,7 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
   if (phase_ == Phase::pressing && !body_.view().alive(press_.triangle())) set_free();
   if (phase_ == Phase::cutting && !entry_ && !cut_point()) {
     end_cut();
-    events_.push_back({EventKind::cut_ended});
+    events_.push_back({EventKind::cut_ended, "the tissue around it is gone"});
   }
 }
 

@@ -150,6 +150,7 @@ class EdgeContact {
   bool came_in_sideways_ = false;  // it began sideways rather than with the tip first
   double came_sideways_m_ = 0;     // how far the edge has gone towards its sharp side since it was clear of the body
   EdgeStroke stroke_;
+  std::string_view why_lifted_;    // in this step; a constant
   std::optional<Pose> slips_off_;  // tissue with this frame slips off the edge in this step, which ends the stroke
   Vec3 ended_at_ = Vec3::Zero();   // the last cut ended here
   int deep_steps_ = 0;             // steps in which the instrument pressed deep

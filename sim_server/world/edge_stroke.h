@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "sim_server/world/body.h"
 #include "sim_server/world/cut_resistance.h"
@@ -31,6 +32,7 @@ class EdgeStroke {
     BladeMotion motion;
     std::optional<Vec3> end_goes_to_world_m;  // a blade that doesn't cut takes the end of its cut along
     bool slips = false;                       // the tissue slips off the blade, and the cut ends
+    std::string_view why_lifted = {};         // if the motion ends the cut; for a person
   };
   Outcome follow(Body& body, const StrokeStep& step);
 
