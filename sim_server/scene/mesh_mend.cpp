@@ -12,7 +12,7 @@
 namespace sectio {
 namespace {
 
-using Corners = std::array<VertexId, 3>;
+using CornerIds = std::array<VertexId, 3>;
 
 // Maps each vertex to the first one within the tolerance. Cells of the grid are wide against the tolerance, so that few
 // vertices have to look into a second one.
@@ -82,7 +82,7 @@ std::size_t weld(TriangleSoup& soup) {
   const double tolerance = kWeldFraction * diagonal(soup.vertices_body_m);
   if (!(tolerance > 0)) return 0;
   const std::vector<VertexId> target = Welder(soup.vertices_body_m, tolerance).run();
-  for (Corners& t : soup.triangles) {
+  for (CornerIds& t : soup.triangles) {
     for (VertexId& v : t) v = target[v];
   }
   // Exact copies aren't worth a word: STL and glTF have them by design.
@@ -92,15 +92,15 @@ std::size_t weld(TriangleSoup& soup) {
 }
 
 std::size_t drop_degenerate(TriangleSoup& soup) {
-  return std::erase_if(soup.triangles, [](const Corners& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+  return std::erase_if(soup.triangles, [](const CornerIds& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
 }
 
 // Keeps the first of triangles with the same three corners.
 std::size_t drop_duplicates(TriangleSoup& soup) {
-  std::vector<std::pair<Corners, std::uint32_t>> sorted;
+  std::vector<std::pair<CornerIds, std::uint32_t>> sorted;
   sorted.reserve(soup.triangles.size());
   for (std::uint32_t t = 0; t < soup.triangles.size(); ++t) {
-    Corners corners = soup.triangles[t];
+    CornerIds corners = soup.triangles[t];
     std::sort(corners.begin(), corners.end());
     sorted.emplace_back(corners, t);
   }
@@ -108,12 +108,12 @@ std::size_t drop_duplicates(TriangleSoup& soup) {
   std::vector<std::uint8_t> drop(soup.triangles.size(), 0);
   for (std::size_t i = 1; i < sorted.size(); ++i) drop[sorted[i].second] = sorted[i].first == sorted[i - 1].first;
   std::uint32_t t = 0;
-  return std::erase_if(soup.triangles, [&](const Corners&) { return drop[t++] != 0; });
+  return std::erase_if(soup.triangles, [&](const CornerIds&) { return drop[t++] != 0; });
 }
 
 void drop_unused_vertices(TriangleSoup& soup) {
   std::vector<VertexId> new_id(soup.vertices_body_m.size(), kNone);
-  for (const Corners& t : soup.triangles) {
+  for (const CornerIds& t : soup.triangles) {
     for (const VertexId v : t) new_id[v] = 0;
   }
   VertexId count = 0;
@@ -123,7 +123,7 @@ void drop_unused_vertices(TriangleSoup& soup) {
     new_id[v] = count++;
   }
   soup.vertices_body_m.resize(count);
-  for (Corners& t : soup.triangles) {
+  for (CornerIds& t : soup.triangles) {
     for (VertexId& v : t) v = new_id[v];
   }
 }
@@ -134,7 +134,7 @@ class Orienter {
 
   // The number of triangles that were turned.
   std::size_t run() {
-    const std::vector<Corners> before = soup_.triangles;
+    const std::vector<CornerIds> before = soup_.triangles;
     collect_edges();
     for (std::uint32_t t = 0; t < soup_.triangles.size(); ++t) {
       if (component_[t] == kNone) members_.push_back(flood(t));
@@ -185,7 +185,7 @@ class Orienter {
   }
 
   bool runs(std::uint32_t t, VertexId a, VertexId b) const {
-    const Corners& c = soup_.triangles[t];
+    const CornerIds& c = soup_.triangles[t];
     return (c[0] == a && c[1] == b) || (c[1] == a && c[2] == b) || (c[2] == a && c[0] == b);
   }
 

@@ -86,6 +86,8 @@ void read_process(KeyReader& map, Scene& scene, const EngineTraits& traits) {
   add(scene.processes, std::move(process), map);
 }
 
+constexpr double kShortestLine_m = 1e-4;
+
 LineSpec read_line(KeyReader& map, const Regions& regions) {
   LineSpec line;
   std::string name;
@@ -98,6 +100,9 @@ LineSpec read_line(KeyReader& map, const Regions& regions) {
   for (const RegionPart& part : region->parts)
     if (part.form == RegionForm::tube) line.points_body_m.insert(line.points_body_m.end(), {part.a_m, part.b_m});
   map.check("region", !line.points_body_m.empty(), name + " has no tubes");
+  const auto& at = line.points_body_m;
+  const bool is_a_point = std::ranges::all_of(at, [&](const Vec3& p) { return (p - at[0]).norm() < kShortestLine_m; });
+  map.check("region", at.empty() || !is_a_point, "the tubes of " + name + " have no length");
   return line;
 }
 
@@ -127,11 +132,25 @@ ExerciseSpec read_exercise(KeyReader& map, const std::vector<BodySpec>& bodies) 
   return exercise;
 }
 
+// Why the scene can't have the measure; empty: it can.
+std::string flaw_of(const Measure& measure, const Scene& scene) {
+  if (measure.of == MeasureOf::run) return {};
+  if (!scene.exercise) return "the scene has no exercise";
+  const auto body = std::ranges::find(scene.bodies, scene.exercise->body, &BodySpec::name);
+  const bool is_marked = body != scene.bodies.end() && std::ranges::any_of(body->regions, &Region::marked);
+  if (measure.of == MeasureOf::marked_tissue && !is_marked)
+    return scene.exercise->body + " has no region that is marked";
+  if (measure.of == MeasureOf::bin && !scene.exercise->bin) return "the exercise has no bin";
+  if (measure.of == MeasureOf::line && !scene.exercise->line) return "the exercise has no line";
+  return {};
+}
+
 void read_expectations(KeyReader& map, Scene& scene) {
   for (const Measure& measure : measures()) {
     std::optional<Range> range;
     map.range(measure.key, range, measure.possible, measure.meaning);
-    map.check(measure.key, scene.exercise || !measure.of_exercise, "the scene has no exercise");
+    const std::string flaw = flaw_of(measure, scene);
+    map.check(measure.key, flaw.empty(), flaw);
     if (range) scene.expect.push_back({&measure, *range});
   }
 }

@@ -35,22 +35,22 @@ const std::vector<Measure>& measures() {
        count},
       {"overlap_m", "The furthest that a body lies in another one, in the end.", &Outcome::overlap_m, count},
       {"marked_removed_fraction", "With an exercise: the share of the marked tissue that is off the organ.",
-       &Outcome::marked_removed_fraction, fraction, true},
+       &Outcome::marked_removed_fraction, fraction, MeasureOf::marked_tissue},
       {"marked_in_bin_fraction", "With an exercise: the share of the marked tissue that is in the bin.",
-       &Outcome::marked_in_bin_fraction, fraction, true},
+       &Outcome::marked_in_bin_fraction, fraction, MeasureOf::bin},
       {"healthy_lost_ml", "With an exercise: the tissue that came off beside what is marked.",
-       &Outcome::healthy_lost_ml, count, true},
+       &Outcome::healthy_lost_ml, count, MeasureOf::exercise},
       {"line_cut_fraction",
        "With a line to cut: the share of it that was cut, near enough and half as deep as it should be.",
-       &Outcome::line_cut_fraction, fraction, true},
+       &Outcome::line_cut_fraction, fraction, MeasureOf::line},
       {"line_deviation_m",
        "With a line to cut: how far beside it the cut is (root mean square); its length when nothing was cut.",
-       &Outcome::line_deviation_m, count, true},
+       &Outcome::line_deviation_m, count, MeasureOf::line},
       {"line_depth_m",
        "With a line to cut: the mean depth of the cut; where a blade has passed several times, the deepest counts.",
-       &Outcome::line_depth_m, count, true},
+       &Outcome::line_depth_m, count, MeasureOf::line},
       {"spared_touches", "With an exercise: times that an instrument began to touch a body that it should spare.",
-       &Outcome::spared_touches, count, true}};
+       &Outcome::spared_touches, count, MeasureOf::exercise}};
   return table;
 }
 

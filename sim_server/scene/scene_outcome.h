@@ -24,11 +24,14 @@ struct Outcome {
   double spared_touches = 0;
 };
 
+// Scenes without this don't have the measure; all that follow `run` are of an exercise.
+enum class MeasureOf : std::uint8_t { run, exercise, marked_tissue, bin, line };
+
 struct Measure {
   std::string key, meaning;
   double Outcome::*value;
   Range possible;
-  bool of_exercise = false;  // only a scene with an exercise has it
+  MeasureOf of = MeasureOf::run;
 };
 const std::vector<Measure>& measures();
 

@@ -6,6 +6,7 @@
 
 #include "common/core/formatted.h"
 #include "common/math/disjoint_sets.h"
+#include "common/math/intersect.h"
 #include "common/math/solid_angle.h"
 
 namespace sectio {
@@ -17,7 +18,9 @@ constexpr std::size_t kMostPoints = 500;  // points of a body that are looked fo
 constexpr double kBeneath = 0.05;         // share of a triangle's size
 constexpr double kOutlasts_s = 0.01;
 constexpr double kBelowFloor_m = 0.001;
-constexpr double kFarCamera_m = 10;  // no scene is so large
+constexpr double kOffSurface_m = 0.01;   // a line to cut
+constexpr std::size_t kMostOnLine = 50;  // points of a line that are looked at
+constexpr double kFarCamera_m = 10;      // no scene is so large
 constexpr double kLargestBox_m = 20;
 
 // All soft tissue lies within.
@@ -207,7 +210,10 @@ void check_opening(const ToolSpec& tool, std::vector<std::string>& warnings) {
 
 void check_trace(const ToolSpec& tool, const Scene& scene, double duration_s, std::vector<std::string>& warnings) {
   if (tool.trace.empty()) return;
-  const double end_s = tool.trace.back().time_s;
+  const double begin_s = tool.trace.front().time_s, end_s = tool.trace.back().time_s;
+  if (begin_s < 0)
+    warnings.push_back("tool " + tool.name +
+                       formatted(": its trace begins at %.4g s; what is before 0 is not played", begin_s));
   if (end_s > duration_s + kOutlasts_s)
     warnings.push_back(
         "tool " + tool.name +
@@ -217,6 +223,39 @@ void check_trace(const ToolSpec& tool, const Scene& scene, double duration_s, st
   if (std::ranges::none_of(scene.bodies, near))
     warnings.push_back("tool " + tool.name +
                        ": its trace is never within 5 cm of a body; has it another frame or unit?");
+}
+
+void check_gravity(const Scene& scene, double duration_s, std::vector<std::string>& warnings) {
+  for (const GravityChange& change : scene.gravity_changes)
+    if (change.at_s >= duration_s)
+      warnings.push_back(
+          formatted("gravity_changes: the run lasts %.4g s; nothing changes at %.4g s", duration_s, change.at_s));
+}
+
+double from_surface_m(const Vec3& p, const TriangleSoup& surface) {
+  double least = HUGE_VAL;
+  for (const auto& [a, b, c] : surface.triangles) {
+    const Corners corners{surface.vertices_body_m[a], surface.vertices_body_m[b], surface.vertices_body_m[c]};
+    least = std::min(least, closest_on_triangle(p, corners).squared_distance);
+  }
+  return std::sqrt(least);
+}
+
+// A line in the air, and a bin for parts that can't come off.
+void check_exercise(const Scene& scene, std::vector<std::string>& warnings) {
+  const auto body = std::ranges::find(scene.bodies, scene.exercise->body, &BodySpec::name);
+  if (body == scene.bodies.end()) return;
+  if (scene.exercise->bin && body->splitting.free_parts == FreeParts::keep)
+    warnings.push_back("exercise: nothing can come into the bin: parts stay with " + body->name +
+                       " (splitting: {free_parts: keep})");
+  if (!scene.exercise->line) return;
+  const std::vector<Vec3>& line = scene.exercise->line->points_body_m;
+  double furthest_m = 0;
+  for (std::size_t i = 0; i < line.size(); i += 1 + line.size() / kMostOnLine)
+    furthest_m = std::max(furthest_m, from_surface_m(line[i], body->mesh));
+  if (furthest_m > kOffSurface_m)
+    warnings.push_back(formatted("exercise: its line is up to %.3g mm from the surface of ", 1e3 * furthest_m) +
+                       body->name);
 }
 
 }  // namespace
@@ -235,6 +274,8 @@ std::vector<std::string> scene_warnings(const Scene& scene, double duration_s) {
         warnings.push_back(scene.bodies[other].name + " and " + scene.bodies[b].name + " overlap at the start");
   }
   check_camera(scene, warnings);
+  check_gravity(scene, duration_s, warnings);
+  if (scene.exercise) check_exercise(scene, warnings);
   for (const ToolSpec& tool : scene.tools) {
     check_opening(tool, warnings);
     check_trace(tool, scene, duration_s, warnings);

@@ -7,7 +7,7 @@
 namespace sectio {
 namespace {
 
-using Corners = std::array<VertexId, 3>;
+using CornerIds = std::array<VertexId, 3>;
 using Points = std::array<Vec3, 3>;
 
 // Sign of the volume of (a, b, c, d); 0 within the rounding of the expression, bounded by its permanent
@@ -62,7 +62,7 @@ class PairTest {
   explicit PairTest(const TriangleSoup& soup) : soup_(soup) {}
 
   std::optional<Vec3> meet(TriangleId ta, TriangleId tb) const {
-    const Corners &ca = soup_.triangles[ta], &cb = soup_.triangles[tb];
+    const CornerIds &ca = soup_.triangles[ta], &cb = soup_.triangles[tb];
     const Points a = points(ca), b = points(cb);
     const bool flat = std::all_of(b.begin(), b.end(), [&](const Vec3& p) { return side(a[0], a[1], a[2], p) == 0; });
     if (flat) return flat_overlap(a, b) ? std::optional<Vec3>((b[0] + b[1] + b[2]) / 3) : std::nullopt;
@@ -73,10 +73,10 @@ class PairTest {
   }
 
  private:
-  Points points(const Corners& c) const {
+  Points points(const CornerIds& c) const {
     return {soup_.vertices_body_m[c[0]], soup_.vertices_body_m[c[1]], soup_.vertices_body_m[c[2]]};
   }
-  static std::optional<Vec3> edges_meet(const Corners& ca, const Points& a, const Corners& cb, const Points& b) {
+  static std::optional<Vec3> edges_meet(const CornerIds& ca, const Points& a, const CornerIds& cb, const Points& b) {
     const auto shared = [&](VertexId v) { return std::find(cb.begin(), cb.end(), v) != cb.end(); };
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t j = (i + 1) % 3;

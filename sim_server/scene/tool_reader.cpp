@@ -3,7 +3,8 @@
 namespace sectio {
 namespace {
 
-void read_geometry(KeyReader& map, ToolGeometry& g) {
+// A key that a kind has no use for is unknown to it.
+void read_geometry(KeyReader& map, const InstrumentKind& instrument, ToolGeometry& g) {
   const auto point = [&](const char* key, Vec3& target, const char* meaning) {
     map.default_of("as usual for the kind").vector(key, target, {}, meaning);
   };
@@ -14,9 +15,11 @@ void read_geometry(KeyReader& map, ToolGeometry& g) {
   point("b_tool_m", g.b_tool_m, "Upper end of the shaft; of scissors and forceps the end of the handles.");
   point("c_tool_m", g.c_tool_m, "Upper end of the edge; of a cautery hook of the probe, of scissors the pivot.");
   point("d_tool_m", g.d_tool_m, "Upper end of the blunt front; of a cautery hook the virtual tip.");
-  length("sharp_length_m", g.sharp_length_m, above(0),
-         "For a knife only: how much of the edge is sharp, from the tip on.");
-  length("gauge_m", g.gauge_m, above(0), "For medical scissors only: distance between the two edges.");
+  if (map.describes() || instrument.geometry.sharp_length_m > 0)
+    length("sharp_length_m", g.sharp_length_m, above(0),
+           "For a knife only: how much of the edge is sharp, from the tip on.");
+  if (map.describes() || instrument.geometry.gauge_m > 0)
+    length("gauge_m", g.gauge_m, above(0), "For medical scissors only: distance between the two edges.");
   length("sphere_radius_m", g.sphere_radius_m, above_to(0, 0.1),
          "Radius of a ball about the tip that pushes tissue out of the way.");
 }
@@ -42,9 +45,11 @@ ToolSpec read_tool(KeyReader& map) {
   const InstrumentKind& instrument = instrument_of(tool.kind);
   tool.geometry = instrument.geometry;
   map.part(
-      "geometry", [&](KeyReader& part) { read_geometry(part, tool.geometry); }, "Its corner points, in its own frame.");
-  map.number("intensity", tool.intensity, above_to(0, 10),
-             "For a cautery hook only: length of the virtual tip over that of its geometry.");
+      "geometry", [&](KeyReader& part) { read_geometry(part, instrument, tool.geometry); },
+      "Its corner points, in its own frame.");
+  if (map.describes() || instrument.front_is_virtual)
+    map.number("intensity", tool.intensity, above_to(0, 10),
+               "For a cautery hook only: length of the virtual tip over that of its geometry.");
   map.number("largest_force_n", tool.largest_force_n, above_to(0, 1000), "The largest force that its hand may feel.");
   map.number(
       "max_speed_m_per_s", tool.max_speed_m_per_s, above_to(0, 100),

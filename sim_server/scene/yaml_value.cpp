@@ -35,7 +35,7 @@ void YamlValue::fail(const std::string& flaw) const {
 }
 
 std::string YamlValue::place() const {
-  return place_of(file_, node_->Mark());
+  return stands_at_ ? file_ + ":" + std::to_string(*stands_at_ + 1) : place_of(file_, node_->Mark());
 }
 
 YamlValue YamlValue::absent(const std::string& key) const {
@@ -147,7 +147,9 @@ std::vector<YamlEntry> YamlValue::entries() const {
     const YamlValue key_place(entry.first, file_, path_of(shortened(word)));
     const auto same = [&](const YamlEntry& e) { return e.key == word; };
     if (std::ranges::any_of(entries, same)) key_place.fail("the key stands here for the second time");
-    entries.push_back({word, key_place, {entry.second, file_, path_of(word)}});
+    YamlValue value(entry.second, file_, path_of(word));
+    if (entry.second.IsNull()) value.stands_at_ = entry.first.Mark().line;  // nothing stands in no line
+    entries.push_back({word, key_place, value});
   }
   return entries;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,7 @@ class YamlValue {
 
   std::shared_ptr<const YAML::Node> node_;
   std::string file_, key_;
+  std::optional<int> stands_at_;  // line, from 0 on, where the node doesn't know it
 };
 
 struct YamlEntry {

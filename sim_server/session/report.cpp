@@ -165,7 +165,7 @@ Json exercise_report(const Score& score) {
 Json outcome_report(const Outcome& outcome, const Scene& scene) {
   Json numbers;
   for (const Measure& measure : measures())
-    if (scene.exercise || !measure.of_exercise) numbers[measure.key] = outcome.*measure.value;
+    if (scene.exercise || measure.of == MeasureOf::run) numbers[measure.key] = outcome.*measure.value;
   return numbers;
 }
 

@@ -319,6 +319,18 @@ TEST_F(SceneFile, unknown_keys_are_errors_with_the_nearest_known) {
             "s.yaml:18: tools[1].intensty: unknown key; did you mean intensity?");
 }
 
+TEST_F(SceneFile, keys_of_other_kinds_of_instruments_are_unknown) {
+  const std::string hook = "intensity: 0.5", kind = "kind: cautery_hook";
+  EXPECT_EQ(refusal(kind, "kind: probe").substr(0, 37), "s.yaml:18: tools[1].intensity: unknow");
+  for (const std::string key : {"sharp_length_m", "gauge_m"})
+    EXPECT_NE(refusal(hook, "geometry: {" + key + ": 0.01}").find("tools[1].geometry." + key + ": unknown key"),
+              std::string::npos);
+}
+
+TEST_F(SceneFile, a_key_without_a_value_is_told_at_its_line) {
+  EXPECT_EQ(refusal("duration_s: 3", "duration_s:"), "s.yaml:3: duration_s: expected a finite number, got nothing");
+}
+
 TEST_F(SceneFile, missing_and_duplicate_keys_are_errors) {
   EXPECT_EQ(refusal("session: test", "sesion: test"), "s.yaml:1: session: missing; is \"sesion\" meant to be it?");
   EXPECT_EQ(refusal("    mesh: {file: cube.obj, unit: cm}\n", ""), "s.yaml:7: bodies[0].mesh: missing");

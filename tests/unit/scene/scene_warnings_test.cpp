@@ -81,6 +81,31 @@ TEST(SceneWarnings, a_region_outside_its_body) {
             Texts{"cube: its region tumour is outside of it; shapes are in the frame of the mesh, in metres"});
 }
 
+TEST(SceneWarnings, a_line_in_the_air_and_a_bin_that_nothing_reaches) {
+  Scene scene = good_scene();
+  const BodySpec& cube = scene.bodies[0];
+  scene.exercise.emplace().body = cube.name;
+  scene.exercise->line = LineSpec{{Vec3(0.02, 0.02, 0.1), Vec3(0.08, 0.02, 0.1)}};
+  EXPECT_EQ(scene_warnings(scene, 2), Texts());
+  scene.exercise->line->points_body_m[1].z() = 0.14;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"exercise: its line is up to 40 mm from the surface of cube"});
+  scene.exercise->line.reset();
+  scene.exercise->bin = Box{Vec3(-1, -1, -1), Vec3(1, 1, 1)};
+  EXPECT_EQ(scene_warnings(scene, 2),
+            Texts{"exercise: nothing can come into the bin: parts stay with cube (splitting: {free_parts: keep})"});
+  scene.bodies[0].splitting.free_parts = FreeParts::rigid;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts());
+}
+
+TEST(SceneWarnings, what_is_not_played) {
+  Scene scene = good_scene();
+  scene.gravity_changes = {{1, Vec3(0, 1, 0)}, {3, Vec3(1, 0, 0)}};
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"gravity_changes: the run lasts 2 s; nothing changes at 3 s"});
+  scene.gravity_changes.clear();
+  scene.tools[0].trace.front().time_s = -1;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"tool blade: its trace begins at -1 s; what is before 0 is not played"});
+}
+
 TEST(SceneWarnings, jaws_that_never_move) {
   Scene scene = good_scene();
   scene.tools[0].kind = "forceps";
