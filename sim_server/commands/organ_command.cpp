@@ -121,6 +121,10 @@ int make_organ(const OrganFlags& flags) {
   const double unit_m = flags.unit == "m" ? 1 : flags.unit == "cm" ? 0.01 : 0.001;
   if (flags.inside.size() > kMaxRegions)
     throw InputError("--inside: at most " + std::to_string(kMaxRegions) + " parts");
+  const fs::path folder(flags.out), scene = folder / "scene.yaml";
+  if (fs::exists(scene))
+    throw InputError("--out: " + scene.string() +
+                     " is there already, and may have been edited; remove it, or choose another directory");
   std::string parts = flags.part;  // a region belongs to the body that it is in
   if (!parts.empty())
     for (const std::string& inside : flags.inside) parts += "," + inside;
@@ -132,10 +136,9 @@ int make_organ(const OrganFlags& flags) {
   for (Vec3& p : organ.soup.vertices_body_m) p -= box.center();
   const std::string regions = as_regions(flags, unit_m, box.center());
   make_directory(flags.out);
-  const fs::path folder(flags.out);
   write_file((folder / "organ.obj").string(), obj_text(organ.soup, "unit: m"));
-  write_file((folder / "scene.yaml").string(), as_scene(box.sizes(), flags.tissue, regions));
-  std::printf("mesh: %s\nscene: %s\n", (folder / "organ.obj").c_str(), (folder / "scene.yaml").c_str());
+  write_file(scene.string(), as_scene(box.sizes(), flags.tissue, regions));
+  std::printf("mesh: %s\nscene: %s\n", (folder / "organ.obj").c_str(), scene.c_str());
   draw(folder);
   return 0;
 }

@@ -86,6 +86,13 @@ TEST_F(OrganCommand, all_parts_are_taken_and_open_ones_closed) {
   EXPECT_EQ(check_soup(scene.bodies[0].mesh).components, 2u);
 }
 
+TEST_F(OrganCommand, a_scene_that_is_there_stays) {
+  fs::create_directories(folder_ / "out");
+  write("out/scene.yaml", "# edited\n");
+  EXPECT_NE(refusal({boxes(), "--unit", "cm"}).find("scene.yaml is there already"), std::string::npos);
+  EXPECT_EQ(fs::file_size(folder_ / "out" / "scene.yaml"), 9u);
+}
+
 TEST_F(OrganCommand, a_hollow_with_a_thin_wall_becomes_a_solid_body) {
   // A case of 60 x 50 x 40 mm with walls of 0.4 mm and a hole of 6 mm in its lid: one closed surface that winds around
   // its wall alone. For each corner and shell: eight corners of the case, then four of the hole.
@@ -211,6 +218,7 @@ TEST_F(OrganCommand, a_bad_image_is_refused_in_one_line) {
   std::ifstream packed(good + ".gz", std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(packed)), {});
   EXPECT_EQ(run({good + ".gz", "--part", "3,5,8", "--size-mm", "4"}), 0);
+  fs::remove_all(folder_ / "out");
   EXPECT_NE(refusal({write("torn.nii.gz", bytes.substr(0, bytes.size() / 2))}).find("not whole"), std::string::npos);
   EXPECT_NE(refusal({write("ct.nii", nifti(2.5f))}).find("are no labels"), std::string::npos);
   EXPECT_NE(refusal({write("text.nii", "once upon a time\n")}), "");
