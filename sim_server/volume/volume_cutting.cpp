@@ -159,7 +159,6 @@ std::optional<CutPoint> VolumeCutting::cut_point(const SharedBody& body, std::ui
 
 double VolumeCutting::uncut_m(const SharedBody& body, const Blade& part, VertexId near) const {
   const BladeTracks& tracks = state_.tracks;
-  if (has_come_apart_) return 0;
   if (tracks.slit.empty()) return part.length_m;
   const Tissue tissue{*volume_, body, settings_};
   const TissueAround around(tissue, part, Pose{}, {volume_->surface.vertex_of(near)});

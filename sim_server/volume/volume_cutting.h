@@ -37,6 +37,7 @@ class VolumeCutting final : public CuttingEngine {
   TidyPlan tidy(const SharedBody& body) const override;
   std::optional<CutPoint> cut_point(const SharedBody& body, std::uint32_t edge_id) const override;
   double uncut_m(const SharedBody& body, const Blade& part, VertexId near) const override;
+  bool has_come_apart() const override { return has_come_apart_; }
   // Includes the volume, which the engine shares with other engines.
   void archive(Archive& a, const SharedBody&) override {
     a(*volume_, has_come_apart_, state_.blades, state_.tracks, state_.search);
@@ -61,7 +62,7 @@ class VolumeCutting final : public CuttingEngine {
 
   std::shared_ptr<Volume> volume_;
   FrontSettings settings_;
-  bool has_come_apart_;  // its walls may lie against a blade that has nothing to cut there
+  bool has_come_apart_;
   State state_;
 };
 

@@ -53,9 +53,8 @@ bool is_between_walls(Body& body, const InstrumentEdge& edge, const Vec3& at, do
 }
 
 // Is the blade in a groove, or flat against a wall of one? There it cuts nothing: it would plane off its own walls.
-bool is_at_wall(Body& body, const InstrumentEdge& edge, const Vec3& at) {
+bool is_at_wall(Body& body, const InstrumentEdge& edge, const Vec3& at, double near_m) {
   const Vec3 aside = aside_world(edge);
-  const double near_m = body.cut_traits.join_tolerance_m;
   const auto is_beside = [&](const SurfaceHit& hit) {
     return body.mesh.triangle(hit.triangle).surface == Surface::wall &&
            std::abs(body.view().normal(hit.triangle).dot(aside)) > kAlongWall;
@@ -78,8 +77,12 @@ std::optional<UncutPart> uncut_part(Body& body, const InstrumentEdge& edge, cons
     const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
     if ((!hits[i].entering && i > 0) || (to - from) * along.norm() < kLeastInside_m) continue;
     const Vec3 middle = tip + 0.5 * (from + to) * along;
-    if (!body.cut_traits.cuts_inside && (!body.tree().inside(body.view(), middle) || is_at_wall(body, edge, middle)))
+    const double near_m = body.cut_traits.join_tolerance_m;
+    if (!body.cut_traits.cuts_inside &&
+        (!body.tree().inside(body.view(), middle) || is_at_wall(body, edge, middle, near_m)))
       continue;  // walls that hang into each other are entered and never left
+    // The stump of a part that has come off swings against the blade.
+    if (body.engines.cutting->has_come_apart() && is_at_wall(body, edge, middle, kWidestGroove_m)) continue;
     Blade part;
     part.tip_world_m = tip + from * along;
     part.up_world = along.normalized();
@@ -97,7 +100,9 @@ bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint
   if (!sharp_edge_touches(body, edge, at) && !shaft_presses_behind_edge(body, edge, at)) return false;
   const std::optional<Vec3> sharp_side = edge.sharp_side_world();
   if (!sharp_side) return true;
-  if (!body.cut_traits.cuts_inside && is_at_wall(body, edge, press.tool_point_world_m(edge))) return false;
+  if (!body.cut_traits.cuts_inside &&
+      is_at_wall(body, edge, press.tool_point_world_m(edge), body.cut_traits.join_tolerance_m))
+    return false;
   return -normal_world.dot(*sharp_side) >= kCosSharp;
 }
 

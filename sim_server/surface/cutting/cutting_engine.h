@@ -47,6 +47,8 @@ class CuttingEngine : public Engine {
   virtual std::optional<InOpenCut> in_open_cut(const SharedBody&, const Blade&) const { return {}; }
   // The length that lies outside every cut, open or closed, of a part of a blade. The part is in tissue near a vertex.
   virtual double uncut_m(const SharedBody&, const Blade& part, VertexId /*near*/) const { return part.length_m; }
+  // Parts have come off, or the body is one: it has walls of cuts that uncut_m() doesn't know any more.
+  virtual bool has_come_apart() const { return false; }
   // Does one of these triangles (ascending) belong to a subdivision that is temporary? That is no cut yet.
   virtual bool is_temporary(std::span<const TriangleId> /*triangles*/) const { return false; }
 

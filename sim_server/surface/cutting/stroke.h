@@ -133,6 +133,17 @@ struct Stroke {
 
   bool cuts() const { return cell.apex != kNone; }
 
+  // It goes on as a branch from a vertex of a lip, its apex, which is at this place at rest.
+  void branches_from(const Vec3& place_body_m, VertexId bottom_there) {
+    bottom = bottom_there;
+    start = first = kNone;
+    temporary_cell = {};
+    points = 1;
+    length_m = 0;
+    lips.reset();
+    behind_body_m = {place_body_m};
+  }
+
   template <class A>
   void archive(A& a) {
     a(edge_id, seen, cell, touched, bary, start, bottom, start_bottom, apex_bottom, first, points, length_m, blade,

@@ -23,7 +23,7 @@ class Advance {
         has_cut_(stroke.cuts() || stroke.has_moved) {}
 
   StrokeEnd run() {
-    if (!settle(draft_, stroke_) && !leave_cut()) return StrokeEnd::refused;
+    if (!settle(draft_, stroke_, &grooves_) && !leave_cut()) return StrokeEnd::refused;
     const auto place = find_place();
     if (!place) return out_of_surface();
     const bool was_away = std::exchange(stroke_.seen.was_away, false);

@@ -414,13 +414,7 @@ bool branch_off(const MeshDraft& draft, Stroke& stroke, const Grooves& grooves, 
     if (!cell) continue;
     stroke.cell = *cell;
     stroke.bary = Vec3::UnitX();
-    stroke.bottom = bottom;
-    stroke.start = stroke.first = kNone;
-    stroke.temporary_cell = {};
-    stroke.points = 1;
-    stroke.length_m = 0;
-    stroke.lips.reset();
-    stroke.behind_body_m = {place};
+    stroke.branches_from(place, bottom);
     return true;
   }
   return false;
@@ -439,18 +433,23 @@ void stand_beside(const MeshDraft& draft, Stroke& stroke, VertexId v) {
     }
 }
 
-bool settle(const MeshDraft& draft, Stroke& stroke) {
+bool settle(const MeshDraft& draft, Stroke& stroke, const Grooves* grooves) {
   const VertexId apex = stroke.cell.apex;
   if (apex == kNone) return draft.find_triangle(stroke.touched[0], stroke.touched[1], stroke.touched[2]) != kNone;
   if (draft.incident(apex) == kNone) return false;
   if (stroke.cell.rim.empty() || !triangles_of(draft, stroke.cell).empty()) return true;
-  std::vector<TriangleId> around = draft.fan(apex);
+  std::vector<TriangleId> around;
+  for (const VertexId twin : grooves ? twins_of(draft, *grooves, apex) : std::vector<VertexId>{apex})
+    std::ranges::copy(draft.fan(twin), std::back_inserter(around));
   std::erase_if(around, [&](TriangleId t) { return draft.triangle(t).surface != Surface::skin; });
   const SurfacePoint end = nearest_on(draft, around, position_of(draft, stroke));
   if (end.triangle == kNone) return false;
   const Triangle triangle = draft.triangle(end.triangle);
-  stroke.cell = cell_of_triangle(triangle, apex);
-  const int first = triangle.corner_of(apex);
+  const Vec3 place = draft.rest(apex);
+  const VertexId from = *std::ranges::find(triangle.v, place, [&](VertexId v) { return draft.rest(v); });
+  if (from != apex) stroke.branches_from(place, grooves->bottom_of(from));
+  stroke.cell = cell_of_triangle(triangle, from);
+  const int first = triangle.corner_of(from);
   stroke.bary = {end.bary[first], end.bary[(first + 1) % 3], end.bary[(first + 2) % 3]};
   return true;
 }

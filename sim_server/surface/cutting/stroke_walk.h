@@ -14,9 +14,10 @@ Drift drift_of_last_bottom(const MeshDraft& draft, const Stroke& stroke, const B
 // Moves the halves of a split apex to their places before the temporary subdivision was undone.
 void part_lips(MeshDraft& draft, Stroke& stroke, VertexId twin);
 
-// Finds the end of the cut again when another cut has changed the cell, as near as the fan of the apex allows. False
-// when nothing is left of the cell.
-bool settle(const MeshDraft& draft, Stroke& stroke);
+// Finds the end of the cut again when another cut has changed the cell, as near as the fan of the apex allows, or with
+// `grooves` those of all vertices that cuts have made of it: the stroke then goes on as a branch. Without them while
+// temporary subdivisions are there, which divide the apex for a step. False when nothing is left of the cell.
+bool settle(const MeshDraft& draft, Stroke& stroke, const Grooves* grooves = nullptr);
 
 // No cut is under way any more; the blade is at the skin beside a vertex.
 void stand_beside(const MeshDraft& draft, Stroke& stroke, VertexId v);
