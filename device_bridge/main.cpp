@@ -120,8 +120,9 @@ class NetLink : public ServoLink, public WishSource {
 void log_progress(ServoLog& log, const BridgeNet& net) {
   ServoRecord r;
   if (!log.newest.load(r)) return;
-  const std::string age =
-      r.model_age_s < 0 ? "no model yet" : std::to_string(std::lround(1000 * r.model_age_s)) + " ms";
+  const std::string age = r.too_old_s > 0     ? formatted("%.0f ms, too old to be felt", 1000 * r.too_old_s)
+                          : r.model_age_s < 0 ? "no model yet"
+                                              : std::to_string(std::lround(1000 * r.model_age_s)) + " ms";
   log_info(formatted("%.1f s, force %.2f N, age of model: %s, overruns: %llu, servers: %u", r.sample.tool_time_s,
                      r.force_world_n.norm(), age.c_str(), static_cast<unsigned long long>(r.overruns), net.servers()));
 }

@@ -24,6 +24,7 @@
 #include "common/messages/session.h"
 #include "common/messages/speaker.h"
 #include "common/messages/tool.h"
+#include "device_bridge/net/pose_pace.h"
 #include "device_bridge/net/strongest_contact.h"
 #include "device_bridge/servo/ring.h"
 
@@ -76,6 +77,13 @@ struct Handover {
   std::atomic<bool> has_tool{false};  // a scene has come that has our tool
 };
 
+// So many of them, the last one included.
+std::vector<ToolSample> evenly(const std::vector<ToolSample>& samples, std::size_t count) {
+  std::vector<ToolSample> some;
+  for (std::size_t i = 1; i <= count; ++i) some.push_back(samples[i * samples.size() / count - 1]);
+  return some;
+}
+
 // The work of the network's thread. One thread.
 class Messenger {
  public:
@@ -97,21 +105,22 @@ class Messenger {
   }
 
  private:
-  // One packet for all new samples; older samples go with them while there is room.
+  // One packet for all new samples; older samples go with them while there is room. Of many, some are left out.
   void send_samples() {
     PoseSample sample;
-    std::size_t fresh = 0;
-    while (fresh < kMaxPosesPerPacket && handover_.samples.pop(sample)) {
-      packet_.samples.push_back(
-          {packet_.tool_id, sample.sequence, sample.tool_time_s, sample.pose_world, sample.opening_rad});
-      ++fresh;
-    }
-    if (fresh == 0) return;
-    const std::size_t keep = std::max(fresh, kPosesPerPacket);
+    while (fresh_.size() < kRingSamples && handover_.samples.pop(sample))
+      fresh_.push_back({packet_.tool_id, sample.sequence, sample.tool_time_s, sample.pose_world, sample.opening_rad});
+    const double now_s = steady_now_s();
+    if (fresh_.empty() || (newest_pose_ && now_s - newest_pose_->sent_s < pace_.interval_s(now_s))) return;
+    if (fresh_.size() > kMaxPosesPerPacket) fresh_ = evenly(fresh_, kPosesPerPacket);
+    packet_.samples.insert(packet_.samples.end(), fresh_.begin(), fresh_.end());
+    const std::size_t keep = std::max(fresh_.size(), kPosesPerPacket);
     if (packet_.samples.size() > keep)
       packet_.samples.erase(packet_.samples.begin(), packet_.samples.end() - static_cast<std::ptrdiff_t>(keep));
-    newest_pose_ = {sample.tool_time_s, steady_now_s()};
-    poses_ += fresh;
+    newest_pose_ = {packet_.samples.back().tool_time_s, now_s};
+    pace_.sent(now_s);
+    poses_ += fresh_.size();
+    fresh_.clear();
     if (endpoints_.write(packet_))
       handover_.packets.fetch_add(1, std::memory_order_relaxed);
     else
@@ -151,8 +160,12 @@ class Messenger {
 
   // How long ago the pose was sent that the model answers, by this program's clock alone.
   void note(std::uint64_t epoch, const ContactModel& model) {
-    if (newest_pose_)
-      ages_.add(steady_now_s() - newest_pose_->sent_s + (newest_pose_->tool_time_s - model.tool_time_s));
+    if (newest_pose_) {
+      const double now_s = steady_now_s();
+      const double age_s = now_s - newest_pose_->sent_s + (newest_pose_->tool_time_s - model.tool_time_s);
+      ages_.add(age_s);
+      pace_.answered(now_s, age_s);
+    }
     Models& models = models_.try_emplace(epoch, Models{model.sequence, model.sequence, 0}).first->second;
     models.first = std::min(models.first, model.sequence);
     models.last = std::max(models.last, model.sequence);
@@ -208,6 +221,8 @@ class Messenger {
     double tool_time_s, sent_s;
   };
   std::optional<SentPose> newest_pose_;
+  std::vector<ToolSample> fresh_;  // not sent yet
+  PosePace pace_;
   std::string name_ = "?";
   LinkClock clock_;
   Ages ages_;

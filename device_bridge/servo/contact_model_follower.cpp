@@ -45,16 +45,25 @@ double ContactModelFollower::stiffest_n_per_m(double damping_n_s_per_m) const {
 
 const ContactModelFollower::Felt* ContactModelFollower::felt_at(double time_s) const {
   const double nearest_s = 0.5 / device_.rate_hz;
-  for (std::size_t back = 1; back <= std::min(ticks_, kHistory); ++back) {
-    const Felt& felt = history_[(ticks_ - back) % kHistory];
-    if (felt.tip.time_s > time_s + nearest_s) continue;
-    return felt.tip.time_s > time_s - nearest_s ? &felt : nullptr;
+  const auto at = [&](std::size_t tick) -> const Felt& { return history_[tick % kHistory]; };
+  std::size_t first = ticks_ - std::min(ticks_, kHistory), end = ticks_;  // times ascend
+  while (first < end) {
+    const std::size_t middle = first + (end - first) / 2;
+    if (at(middle).tip.time_s > time_s + nearest_s)
+      end = middle;
+    else
+      first = middle + 1;
   }
-  return nullptr;
+  if (end == ticks_ - std::min(ticks_, kHistory)) return nullptr;
+  const Felt& felt = at(end - 1);
+  return felt.tip.time_s > time_s - nearest_s ? &felt : nullptr;
 }
 
 void ContactModelFollower::receive(const ContactModel& model) {
-  if (!felt_at(model.tool_time_s)) return;
+  const bool is_known = felt_at(model.tool_time_s) != nullptr;
+  const double age_s = tip_.time_s - model.tool_time_s;
+  too_old_s_ = !is_known && ticks_ > kHistory && age_s > 0 ? age_s : 0;
+  if (!is_known) return;
   next_ = model;
   fresh_ = true;
 }
@@ -125,8 +134,9 @@ Vec3 ContactModelFollower::tick(double now_s, const Vec3& tip_world_m, bool is_h
   const Vec3 push_n = push(dt);
   const Vec3 drag_n = drag(push_n, dt);
   felt.spring_n = drag_n - side_correction_n_;
-  const double audible = std::clamp(1 - (now_s - received_s_ - kSilence_s) / kDecay_s, 0.0, 1.0);
-  return audible * (is_anchored(model_) ? drag_n : limited(push_n + drag_n, model_.yield_n));
+  const double heard = std::clamp(1 - (now_s - received_s_ - kSilence_s) / kDecay_s, 0.0, 1.0);
+  audible_ = std::min(heard, audible_ + dt / kReturn_s);
+  return audible_ * (is_anchored(model_) ? drag_n : limited(push_n + drag_n, model_.yield_n));
 }
 
 Vec3 ContactModelFollower::push(double dt_s) {

@@ -34,6 +34,7 @@ class ContactModelFollower {
  public:
   static constexpr double kDecay_s = 0.1;
   static constexpr double kSilence_s = 0.1;
+  static constexpr double kReturn_s = 0.08;            // in which the force comes back after a silence
   static constexpr double kHandDamping_n_s_per_m = 1;  // every hand that holds a device adds this: people have 2 to 5
 
   explicit ContactModelFollower(const DeviceLimits& device) : device_(device) {}
@@ -41,6 +42,8 @@ class ContactModelFollower {
   // Takes the newest model, which takes effect with the next tick(), if it answers a sample that this hand had in the
   // last kHistory ticks.
   void receive(const ContactModel& model);
+  // The age of the last model that came when that was too old to be felt, until one comes that isn't; else 0.
+  double too_old_s() const { return too_old_s_; }
 
   // Returns the force at this tick, zero before the first model. `now_s` must ascend. No model for kSilence_s: the
   // force fades within kDecay_s (the watchdog). `is_held`: the hand's own damping counts.
@@ -54,7 +57,7 @@ class ContactModelFollower {
   double stiffest_n_per_m(double damping_n_s_per_m) const;
 
  private:
-  static constexpr std::size_t kHistory = 256;
+  static constexpr std::size_t kHistory = 512;
   struct Felt {
     TipMotion tip;
     Vec3 spring_n = Vec3::Zero();  // force of the spring at the anchor
@@ -71,6 +74,8 @@ class ContactModelFollower {
   ContactModel next_, model_;
   bool fresh_ = false, has_model_ = false;
   double received_s_ = 0;
+  double too_old_s_ = 0;
+  double audible_ = 1;  // share of the force, which a silence takes away
   TipMotion tip_;
   std::array<Felt, kHistory> history_{};  // samples of the last ticks
   std::size_t ticks_ = 0;

@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/math/trace.h"
 
@@ -47,6 +48,10 @@ RecordWriter::RecordWriter(const std::string& log_path, const std::string& trace
 void RecordWriter::drain(Ring<ServoRecord>& records) {
   for (ServoRecord record; records.pop(record);) {
     write(record);
+    const bool is_too_old = record.too_old_s > 0;
+    if (is_too_old && !is_too_old_)
+      log_warning(formatted("the server's answers are %.2g s old: too old to be felt", record.too_old_s));
+    is_too_old_ = is_too_old;
     if (record.server_silent == server_silent_) continue;
     server_silent_ = record.server_silent;
     if (server_silent_) {

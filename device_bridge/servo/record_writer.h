@@ -31,7 +31,7 @@ class RecordWriter {
   LineFile log_, trace_;
   std::string line_;
   std::uint64_t written_ = 0;
-  bool server_silent_ = false;
+  bool server_silent_ = false, is_too_old_ = false;
 };
 
 }  // namespace sectio

@@ -29,6 +29,7 @@ ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const Contact
       device_.slew_n_per_s * dt + follower_.stiffest_n_per_m(device_.damping_n_s_per_m) * way_m.norm();
   record.force_world_n =
       last_force_n_ + limited(limited(wanted_n, device_.largest_force_n) - last_force_n_, most_change_n);
+  record.too_old_s = follower_.too_old_s();
   if (const ContactModel* used = follower_.model()) {
     record.model_age_s = now_s - used->tool_time_s;
     record.state = used->state;

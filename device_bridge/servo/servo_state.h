@@ -26,6 +26,7 @@ struct ServoRecord {
   double model_age_s = -1;               // now - the model's tool time; negative: no model yet
   ContactState state = ContactState::free;
   bool server_silent = false;  // the watchdog controls the force
+  double too_old_s = 0;        // models come, and are so old that the hand doesn't feel them; else 0
   std::uint64_t overruns = 0;  // ticks missed so far
   double woke_after_s = 0;     // from the tick's time to when the loop really woke; less than a period
 };

@@ -1,6 +1,7 @@
 #include "sim_server/net/server_net.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <thread>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "common/messages/epoch.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/validate.h"
+#include "sim_server/net/answer_pace.h"
 #include "sim_server/net/contact_sender.h"
 #include "sim_server/net/handover.h"
 #include "sim_server/net/input_feed.h"
@@ -82,6 +84,9 @@ class NetworkSide {
   void announce() {
     if (publisher_) publisher_->announce();
   }
+  // Reports of a standby's session so far. Any thread.
+  std::uint64_t hands_heard() const { return hands_heard_; }
+  std::uint64_t viewers_heard() const { return viewers_heard_; }
   std::deque<StepRecord> take_last_steps() { return feed_ ? feed_->take_last_steps() : std::deque<StepRecord>(); }
   void go_on(Succession succession) {
     publisher_->repeat(succession.last_deltas, succession.last_events);
@@ -92,6 +97,7 @@ class NetworkSide {
   void run();
   void send(Outbox& batch);
   void hear_standbys();
+  void hear_clients();
 
   ServerEndpoints& endpoints_;
   OtherServers& others_;
@@ -99,6 +105,7 @@ class NetworkSide {
   std::unique_ptr<Publisher> publisher_;  // null: a standby
   std::unique_ptr<InputFeed> feed_;       // likewise
   double busy_s_ = 0;
+  std::atomic<std::uint64_t> hands_heard_ = 0, viewers_heard_ = 0;
   std::thread thread_;
 };
 
@@ -118,6 +125,12 @@ void NetworkSide::hear_standbys() {
     others_.know_standby(endpoints_.sender<StepRequest>(), request->epoch);
 }
 
+// A server's publisher hears them itself.
+void NetworkSide::hear_clients() {
+  while (const auto report = endpoints_.take<LinkReport>())
+    ++(report->kind == ProgramKind::hand ? hands_heard_ : viewers_heard_);
+}
+
 void NetworkSide::run() {
   Outbox batch;
   const auto patience_s = [&] { return publisher_ && publisher_->has_more_to_send() ? kChunkPause_s : kIdle_s; };
@@ -127,7 +140,7 @@ void NetworkSide::run() {
     if (publisher_)
       send(batch);
     else
-      hear_standbys();
+      hear_standbys(), hear_clients();
     others_.listen();
     if (batch.end_reason) {
       report.end = publisher_ ? publisher_->send_end(*batch.end_reason) : SessionEnd{};
@@ -143,7 +156,9 @@ void NetworkSide::run() {
 }
 
 // The contacts that hands feel: none of a frozen tool, which isn't where its hand is.
-std::vector<ContactModel> felt(std::vector<ContactModel> contacts, std::uint32_t frozen_tools) {
+std::vector<ContactModel> felt(std::vector<ContactModel> contacts, std::uint32_t frozen_tools, AnswerPace& pace) {
+  const double now_s = Seconds(Clock::now().time_since_epoch()).count();
+  std::erase_if(contacts, [&](const ContactModel& contact) { return !pace.is_due(contact, now_s); });
   for (ContactModel& contact : contacts)
     if (is_frozen(frozen_tools, contact.tool_id))
       contact = {contact.tool_id, contact.sequence, contact.sim_time_s, contact.tool_time_s};
@@ -205,6 +220,7 @@ struct ServerNet::State {
   StateRhythm rhythm;
   Handover handover;
   std::optional<ContactSender> contacts;  // to hands, on a thread of its own
+  AnswerPace answers;
   NetworkSide network{endpoints, others, handover};
 };
 
@@ -267,6 +283,14 @@ void ServerNet::rejoin(const std::string& why) {
   state_->rejoin(why);
 }
 
+std::uint64_t ServerNet::hands_heard() const {
+  return state_->network.hands_heard();
+}
+
+std::uint64_t ServerNet::viewers_heard() const {
+  return state_->network.viewers_heard();
+}
+
 std::size_t ServerNet::servers_known() const {
   const std::vector<Peer> peers = state_->endpoints.participant().peers();
   return static_cast<std::size_t>(std::ranges::count_if(peers, [&](const Peer& peer) {
@@ -306,10 +330,7 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
     s.body_infos.push_back(s.body_infos.at(body.parent_id));
     s.body_infos.back().name = body.name;
   }
-  if (frozen_tools() == 0)
-    s.contacts->put(output.contacts);
-  else
-    s.contacts->put(felt(output.contacts, frozen_tools()));
+  s.contacts->put(felt(output.contacts, frozen_tools(), s.answers));
   s.handover.put([&](Outbox& outbox) {
     if (input) outbox.inputs.push_back(std::move(*input));
     outbox.put(output, world, s.body_infos, step_wall_time_s, due);

@@ -84,6 +84,10 @@ class ServerNet {
   // The number of other servers of the session in the domain, standbys included, whether they have been heard or not.
   std::size_t servers_known() const;
 
+  // How many reports of hands and of viewers a standby has heard. Any thread.
+  std::uint64_t hands_heard() const;
+  std::uint64_t viewers_heard() const;
+
   // The simulation is at work. publish() and take_samples() say so, too; a server that says nothing for kHang_s is
   // taken for one that hangs, and followed by its standby. With `for_s`, it is at work for so long. Simulation's
   // thread.

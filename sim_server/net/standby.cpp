@@ -4,6 +4,7 @@
 #include <chrono>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
@@ -22,6 +23,10 @@ constexpr double kFirstWord_s = 1;  // for a server that has announced itself to
 constexpr std::size_t kMostTurns = 8;
 constexpr int kChances = 2;  // to some moment before the pasts part, and to the beginning
 constexpr auto kLookPeriod = std::chrono::milliseconds(1);
+
+double clock_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 }  // namespace
 
@@ -78,12 +83,24 @@ void Standby::notice_another_server() {
 // All standbys agree on their order, and the next one hears the one before it go on before it is its turn. One that
 // can't go on leaves it to all others. One that has just come doesn't know the others yet, and doesn't believe them at
 // once (epoch_owners.h).
-bool Standby::is_to_go_on() const {
+bool Standby::is_to_go_on() {
   const Follower& server = session_.net->follower();
   const std::size_t before = session_.net->others().standbys_before_this(*server.epoch());
   const double turn_s = kTurn_s * static_cast<double>(is_far_behind() ? kMostTurns : std::min(before, kMostTurns));
-  return server.silence_s() > turn_s + (server.hears() ? Follower::kTakeOver_s : kFirstWord_s) &&
-         server.known_s() > turn_s + EpochOwners::kWaits_s + Follower::kTakeOver_s;
+  const bool is_silent = server.silence_s() > turn_s + (server.hears() ? Follower::kTakeOver_s : kFirstWord_s) &&
+                         server.known_s() > turn_s + EpochOwners::kWaits_s + Follower::kTakeOver_s;
+  const double now_s = clock_s();
+  const bool is_gone = company_.shows_that_it_is_gone(now_s - server.silence_s(), now_s);
+  if (is_silent && !is_gone && !said_it_waits_)
+    log_warning("hears neither the server nor the hands and viewers of the session: it waits until somebody speaks");
+  said_it_waits_ = is_silent && !is_gone;
+  return is_silent && is_gone;
+}
+
+void Standby::hear_company() {
+  const ServerNet& net = *session_.net;
+  if (std::exchange(hands_heard_, net.hands_heard()) != hands_heard_) company_.hear_hand(clock_s());
+  if (std::exchange(viewers_heard_, net.viewers_heard()) != viewers_heard_) company_.hear_viewer(clock_s());
 }
 
 bool Standby::is_far_behind() const {
@@ -128,7 +145,10 @@ void Standby::keep_news() {
     knows_orders_ = true;
     session_.adopt({status->speed_set, status->speed == 0, status->frozen_tools});
   }
+  hear_company();
+  const std::size_t before = session_.input.samples.size();
   session_.net->take_samples(session_.input.samples);
+  if (session_.input.samples.size() > before) company_.hear_hand(clock_s());
   if (session_.input.samples.size() > kMostSamplesKept)
     session_.input.samples.erase(session_.input.samples.begin(), session_.input.samples.end() - kMostSamplesKept);
   for (const std::uint32_t tool : session_.net->take_silent_tools()) session_.silent.insert(tool);

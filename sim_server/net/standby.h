@@ -5,6 +5,7 @@
 #include <deque>
 #include <vector>
 
+#include "sim_server/net/company.h"
 #include "sim_server/net/live_session.h"
 
 namespace sectio {
@@ -24,7 +25,8 @@ class Standby {
   void begin_after(std::uint64_t steps);
   void rejoin_if_servers_are_there();
   void notice_another_server();
-  bool is_to_go_on() const;
+  void hear_company();
+  bool is_to_go_on();
   bool is_far_behind() const;
   void go_back(const std::string& why);
   void follow_step(const StepRecord& record);
@@ -39,7 +41,10 @@ class Standby {
   bool knows_orders_ = false;           // it has heard which orders hold in the session
   std::deque<Recent> recent_;           // steps whose outputs viewers may not have got
   std::deque<StepRecord> last_inputs_;  // without a journal
-  std::uint64_t followed_ = 0;          // epoch of the server that was heard last
+  Company company_;
+  std::uint64_t hands_heard_ = 0, viewers_heard_ = 0;
+  bool said_it_waits_ = false;  // in this silence of the server
+  std::uint64_t followed_ = 0;  // epoch of the server that was heard last
   bool in_step_ = false;
   int chances_ = 0;  // it may go back so often to find the past of its server; a past that it has made itself is right
 };

@@ -61,6 +61,11 @@ bool EdgeContact::may_enter() const {
   return cuts() && edge_.kind().may_enter(jaws_between(opening_before_rad_, edge_.pose().opening_rad));
 }
 
+// A blade that has cut a part off is between the halves until it has been clear of both.
+bool EdgeContact::is_between_halves() const {
+  return !was_clear_ && body_.engines.cutting->has_come_apart();
+}
+
 void EdgeContact::set_free() {
   if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
   if (phase_ == Phase::cutting) events_.push_back({EventKind::cut_ended, why_lifted_});
@@ -115,6 +120,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   if (const auto sharp_side = edge_.sharp_side_world(); sharp_side && before)
     came_sideways_m_ += std::max(0.0, sharp_side->dot(edge_.tip_world_m() - edge_.at(*before).tip_world_m()));
   if (is_round()) return press_round(before && continuous ? *before : edge_.pose());
+  if (is_between_halves()) was_clear_ = is_clear_of(body_, edge_) && !is_beside_wall(body_, edge_);
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !press_.on_tool().at_tip);
   if (looks && !is_near(body_, edge_, before, poses)) {
     tracker_.reset();
@@ -129,7 +135,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   if (!before) return;
   if (looks) say_when_tip_is_outside(*before);
   // Also while the tip touches a wall of the cut that the blade is in.
-  if (phase_ != Phase::cutting && body_.cut_traits.edge_cuts_anywhere && cuts())
+  if (phase_ != Phase::cutting && body_.cut_traits.edge_cuts_anywhere && cuts() && !is_between_halves())
     if (const auto hit = sharp_edge_deep_inside(body_, edge_, *before)) {
       break_in({edge_.id(), hit->triangle, hit->bary}, Way::sideways);
     }
@@ -305,7 +311,8 @@ bool EdgeContact::slips_through(double displacement_m, const Vec3& ahead_world_m
 double EdgeContact::penetration_m() {
   if (phase_ == Phase::cutting)
     if (const auto cut = cut_point()) return cut->owed_m;
-  if (phase_ == Phase::spent) return uncut_tissue_at(body_, edge_, edge_.tip_world_m()) ? from_end_m() : 0;
+  if (phase_ == Phase::spent)
+    return !is_between_halves() && uncut_tissue_at(body_, edge_, edge_.tip_world_m()) ? from_end_m() : 0;
   if (phase_ != Phase::pressing) return 0;
   if (is_round()) return round_.depth_m();
   if (!body_.contact_by_templates()) return press_.depth_m(body_, edge_);
@@ -384,6 +391,7 @@ void EdgeContact::rest_in_groove() {
   const auto hit = body_.tree().first_hit(body_.view(), from, tip);
   if (!hit) return set_free();
   if (!hit->entering) return;
+  if (is_between_halves()) return;
   if (opens_from_edge(body_.cut_traits) && edge_.shape().sharp_side_tool && !uncut_tissue_at(body_, edge_, tip)) return;
   enter({edge_.id(), hit->triangle, hit->bary}, as_it_presses());
 }
@@ -408,7 +416,9 @@ void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   if (end == StrokeEnd::lifted && !opens_from_edge(body_.cut_traits)) return set_free();
   end_cut();
   if (end == StrokeEnd::lifted) events_.push_back({EventKind::cut_ended, why_lifted_});
-  if (end == StrokeEnd::through) events_.push_back({EventKind::cut_ended, "it has cut through"});
+  if (end != StrokeEnd::through) return;
+  was_clear_ = false;
+  events_.push_back({EventKind::cut_ended, "it has cut through"});
 }
 
 void EdgeContact::let_go() {

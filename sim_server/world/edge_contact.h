@@ -80,7 +80,7 @@ class EdgeContact {
   template <class A>
   void archive(A& a) {
     a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_,
-      came_sideways_m_, stroke_, ended_at_, deep_steps_, steps_beneath_, groove_searches_, point_, normal_,
+      came_sideways_m_, stroke_, ended_at_, deep_steps_, steps_beneath_, groove_searches_, was_clear_, point_, normal_,
       contact_points_, constraints_, force_n_, said_tip_is_outside_, events_);
   }
 
@@ -99,6 +99,7 @@ class EdgeContact {
   bool is_in_whole() const;
   // The edge begins to cut as soon as it reaches into tissue.
   bool may_enter() const;
+  bool is_between_halves() const;
 
   // From one phase to another.
   void set_free();
@@ -156,6 +157,7 @@ class EdgeContact {
   int deep_steps_ = 0;             // steps in which the instrument pressed deep
   int steps_beneath_ = 0;          // steps, one after the other, in which the skin was above all of its ball
   std::uint64_t groove_searches_ = 0;
+  bool was_clear_ = false;  // of the body since it last cut through
 
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
   std::vector<ContactPoint> contact_points_;

@@ -13,6 +13,7 @@ constexpr double kClear_m = 0.002;  // further back: at rest the body's side is 
 constexpr double kAlongWall = 0.5;  // least cosine between the normals of a wall and of a blade that lie side by side
 constexpr double kPastSlit_m = 0.0003;     // an edge so far beyond the end of its slit has broken in
 constexpr double kWidestGroove_m = 0.005;  // distance from a blade to the walls on both its sides
+constexpr double kBetweenHalves_m = 0.02;  // a wall so near is that of a half which the blade has cut off
 constexpr double kCosSharp = 0.5;          // the edge faces the surface within 60 degrees
 
 // Whether the line from A to another corner touches, where the edge along it, or ahead of it, is sharp.
@@ -115,6 +116,16 @@ bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPo
   if (!sharp_edge_touches(body, edge, press.on_tool())) return false;
   if (!edge.shape().sharp_side_tool || !body.cut_traits.cuts_inside) return false;
   return is_between_walls(body, edge, press.tool_point_world_m(edge), body.cut_traits.join_tolerance_m);
+}
+
+bool is_beside_wall(Body& body, const InstrumentEdge& edge) {
+  if (!edge.shape().sharp_side_tool) return false;
+  constexpr int kPlaces = 5;
+  for (int i = 0; i < kPlaces; ++i)
+    if (is_at_wall(body, edge, edge.tip_world_m() + static_cast<double>(i) / (kPlaces - 1) * edge.along_world_m(),
+                   kBetweenHalves_m))
+      return true;
+  return false;
 }
 
 bool tip_is_in_groove(Body& body, const InstrumentEdge& edge) {

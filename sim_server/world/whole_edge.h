@@ -28,6 +28,8 @@ bool back_presses(const InstrumentEdge& edge, const Vec3& normal_world);
 // An edge that presses is in a groove, with walls close to both its sides. A blade that is put back into its cut goes
 // on without breaking in.
 bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press);
+// The edge is beside a wall of a cut, as that of a half which it has cut off and which has swung away.
+bool is_beside_wall(Body& body, const InstrumentEdge& edge);
 // The tip is between the walls of a cut, however far these gape.
 bool tip_is_in_groove(Body& body, const InstrumentEdge& edge);
 // The tip will lie between the walls once the tissue is at rest in this frame. O(triangles).

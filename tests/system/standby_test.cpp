@@ -143,6 +143,27 @@ TEST_F(Standby, follows_a_server_whose_simulation_hangs) {
 }
 
 // A pause isn't a hang.
+// As if the standby's own link were cut: nobody speaks to it any more.
+TEST_F(Standby, that_hears_nobody_any_more_waits_and_stands_by_again) {
+  const auto first = one("first", {"--play-traces", "--endless"});
+  const auto second = one("second", {"--play-traces", "--standby", "--endless"});
+  ASSERT_TRUE(second->wait_for("it has caught up with the server")) << second->output();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(screen->wait_for("on the screen")) << screen->output();
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(second->wait_for_next("step ")) << "meanwhile the viewer has reported";
+  for (const int signal : {SIGSTOP, SIGCONT}) {
+    for (const auto* each : {&screen, &first}) (*each)->send(signal);
+    if (signal == SIGSTOP) {
+      ASSERT_TRUE(second->wait_for("it waits until somebody speaks")) << second->output();
+    }
+  }
+  ASSERT_TRUE(second->wait_for_next("step ")) << second->output();
+  EXPECT_EQ(second->output().find("fell silent"), std::string::npos) << second->output();
+  first->send(SIGINT);
+  EXPECT_EQ(first->exit_code(), 0) << first->output();
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+}
+
 TEST_F(Standby, stands_by_while_its_server_pauses) {
   const auto first = one("first", {"--play-traces", "--steps", "2500", "--wait-for-viewers", "1"});
   const auto second = one("second", {"--play-traces", "--standby"});

@@ -1,0 +1,33 @@
+#include "sim_server/net/answer_pace.h"
+
+#include <gtest/gtest.h>
+
+namespace sectio {
+namespace {
+
+ContactModel answer(double tool_time_s, ContactState state = ContactState::contact, std::uint32_t tool_id = 0) {
+  ContactModel model;
+  model.tool_id = tool_id;
+  model.tool_time_s = tool_time_s;
+  model.state = state;
+  return model;
+}
+
+TEST(AnswerPace, answers_each_pose_once_and_each_state_at_once) {
+  AnswerPace pace;
+  EXPECT_TRUE(pace.is_due(answer(1), 10));
+  EXPECT_FALSE(pace.is_due(answer(1), 10.001));
+  EXPECT_TRUE(pace.is_due(answer(1, ContactState::penetration), 10.002));
+  EXPECT_TRUE(pace.is_due(answer(1.001, ContactState::penetration), 10.003));
+  EXPECT_TRUE(pace.is_due(answer(1, ContactState::contact, 1), 10.003)) << "another hand";
+}
+
+TEST(AnswerPace, a_hand_that_says_nothing_hears_of_the_tissue_fifty_times_a_second) {
+  AnswerPace pace;
+  int told = 0;
+  for (int ms = 0; ms < 1000; ++ms) told += pace.is_due(answer(1), 0.001 * ms);
+  EXPECT_NEAR(told, 50, 3);
+}
+
+}  // namespace
+}  // namespace sectio
