@@ -1,9 +1,8 @@
 // The cost of one step of a cut in bodies of 2 k to 2 M triangles: the same strokes through triangles of the same size,
 // so that all that differs is how much mesh lies around. Nothing that a cut does may touch all of it.
 //
-//   cut_step         what a simulation does when a body is cut: plan, delta, springs and collision tree brought up to
-//                    date. Counter plan_us: the share of planning.
-//   plan_and_accept  planning and the change of topology alone.
+//   cut_step  what a simulation does when a body is cut: plan, delta, springs and collision tree brought up to
+//             date. Counter plan_us: the share of planning.
 //
 // The last lines give the ratios of the largest to the smallest body (stderr).
 #include <array>
@@ -95,39 +94,22 @@ void cut_step(benchmark::State& state) {
   state.counters["plan_us"] = 1e6 * plan_s / kSteps;
 }
 
-void plan_and_accept(benchmark::State& state) {
-  const Pad pad(state.range(0));
-  Body body(pad.scene.bodies[0], pad.scene, 0, surface_spring_engines);
-  draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
-    const double start_s = processor_time_s();
-    const CutPlan plan = body.engines.cutting->plan(body.shared(), entries, motions);
-    if (apply(plan.delta, body.mesh) != ApplyStatus::applied || plan.refused) state.SkipWithError("a cut was refused");
-    if (plan.ticket) body.engines.cutting->accept(body.shared(), *plan.ticket);
-    const double took_s = processor_time_s() - start_s;
-    body.particles.resize(body.mesh.vertex_slots());
-    for (const auto& [v, s] : plan.seeds) body.particles.place(v, s.position_world_m, s.velocity_world_m_per_s);
-    return took_s;
-  });
-}
-
 void sizes(benchmark::internal::Benchmark* b) {
   for (const std::int64_t triangles : {2'000, 20'000, 200'000, 2'000'000}) b->Arg(triangles);
   b->Iterations(kSteps)->Repetitions(3)->UseManualTime()->Unit(benchmark::kMicrosecond);
 }
 
 void print_ratios(const bench::BestTimes& best) {
-  for (const std::string name : {"cut_step/", "plan_and_accept/"}) {
-    const auto small = best.find(name + "2000");
-    for (const std::string triangles : {"20000", "200000", "2000000"})
-      if (const auto large = best.find(name + triangles); large != best.end() && small != best.end())
-        std::fprintf(stderr, "%s%s takes %.2f times as long as with 2000 triangles\n", name.c_str(), triangles.c_str(),
-                     large->second / small->second);
-  }
+  const std::string name = "cut_step/";
+  const auto small = best.find(name + "2000");
+  for (const std::string triangles : {"20000", "200000", "2000000"})
+    if (const auto large = best.find(name + triangles); large != best.end() && small != best.end())
+      std::fprintf(stderr, "%s%s takes %.2f times as long as with 2000 triangles\n", name.c_str(), triangles.c_str(),
+                   large->second / small->second);
 }
 
 const bench::Subject subject("cut", [](int argc, char** argv) {
   benchmark::RegisterBenchmark("cut_step", cut_step)->Apply(sizes);
-  benchmark::RegisterBenchmark("plan_and_accept", plan_and_accept)->Apply(sizes);
   return bench::run(argc, argv, print_ratios);
 });
 

@@ -17,6 +17,8 @@ class KeepBest : public Base {
  public:
   void ReportRuns(const std::vector<benchmark::BenchmarkReporter::Run>& runs) override {
     for (const auto& run : runs) {
+      failed |= run.error_occurred;
+      if (run.error_occurred) continue;
       if (run.run_type != benchmark::BenchmarkReporter::Run::RT_Iteration) continue;
       const double t = run.GetAdjustedCPUTime();
       const auto [at, is_new] = times.try_emplace(run.run_name.function_name + "/" + run.run_name.args, t);
@@ -25,6 +27,7 @@ class KeepBest : public Base {
     Base::ReportRuns(runs);
   }
   BestTimes times;
+  bool failed = false;
 };
 
 }  // namespace
@@ -41,7 +44,7 @@ int run(int argc, char** argv, const std::function<void(const BestTimes&)>& prin
   const auto report_with = [&](auto reporter) {
     benchmark::RunSpecifiedBenchmarks(&reporter);
     print(reporter.times);
-    return 0;
+    return reporter.failed ? 1 : 0;
   };
   return json ? report_with(KeepBest<benchmark::JSONReporter>()) : report_with(KeepBest<benchmark::ConsoleReporter>());
 }

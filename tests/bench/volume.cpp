@@ -187,8 +187,8 @@ void print_ratios(const bench::BestTimes& best) {
 }
 
 const bench::Subject subject("volume", [](int argc, char** argv) {
-  benchmark::RegisterBenchmark("plain_springs", plain_springs)->Arg(6)->Arg(12);
-  benchmark::RegisterBenchmark("springs", springs)->Arg(6)->Arg(12);
+  benchmark::RegisterBenchmark("plain_springs", plain_springs)->Arg(6)->Arg(12)->Arg(24);
+  benchmark::RegisterBenchmark("springs", springs)->Arg(6)->Arg(12)->Arg(24);
   benchmark::RegisterBenchmark("plain_elements", plain_elements)->Arg(6)->Arg(12)->Arg(24);
   benchmark::RegisterBenchmark("explicit_elements", explicit_elements)->Arg(6)->Arg(12)->Arg(24);
   benchmark::RegisterBenchmark("avx2_elements", avx2_elements)->Arg(6)->Arg(12)->Arg(24);
