@@ -7,7 +7,9 @@ namespace {
 
 InstrumentShape cautery_hook_shape(const ToolGeometry& g, const InstrumentState& state) {
   const Vec3 d = g.c_tool_m + state.intensity * (g.d_tool_m - g.c_tool_m);
-  return {g.a_tool_m, g.b_tool_m, g.c_tool_m, d, d, g.c_tool_m, std::nullopt};
+  // The probe burns what it is in, too: tissue above its end, when that is beneath the surface.
+  const Vec3 heel = state.intensity > 0 ? g.a_tool_m : g.c_tool_m;
+  return {g.a_tool_m, g.b_tool_m, g.c_tool_m, d, d, heel, std::nullopt};
 }
 
 CutDecision cautery_hook_decide(const Situation&) {

@@ -99,6 +99,58 @@ TEST_P(HangingBar, C_CUT_8_cut_through_at_any_height_it_is_two_bodies_and_no_mor
   }
 }
 
+// An edge that is deep in tissue has broken in, whatever its force was, also after a part has come off.
+TEST_P(HangingBar, C_CUT_8_each_of_several_strokes_takes_a_part_off) {
+  Scene scene = hanging_bar(GetParam().model, GetParam().style, FreeParts::deformable);
+  scene.bodies[0].material.young_pa = 40000;
+  scene.bodies[0].cutting.threshold_force_n = 0.05;
+  Operation op(scene);
+  std::size_t bodies = 1;
+  for (const double z_m : {-0.065, -0.045, -0.025}) {
+    cut_through(op, z_m);
+    EXPECT_EQ(op.simulation.body_count(), ++bodies) << z_m;
+    EXPECT_NEAR(check(op.mesh(0)).volume_m3 / (0.02 * 0.02 * 0.08), -z_m / 0.08, 0.1);
+  }
+}
+
+// Half of what the lips measure at rest.
+double cut_along_skin_m(const TriangleMesh& mesh) {
+  double lips_m = 0;
+  for (TriangleId t = 0; t < mesh.triangles().size(); ++t) {
+    if (!mesh.triangle(t).alive() || mesh.triangle(t).surface != Surface::skin) continue;
+    for (int i = 0; i < 3; ++i) {
+      const TriangleId beyond = mesh.neighbour(t, i);
+      if (beyond == kNone || mesh.triangle(beyond).surface != Surface::wall) continue;
+      const auto& v = mesh.triangle(t).v;
+      lips_m += (mesh.rest_body_m(v[static_cast<std::size_t>(i)]) -
+                 mesh.rest_body_m(v[static_cast<std::size_t>((i + 1) % 3)]))
+                    .norm();
+    }
+  }
+  return lips_m / 2;
+}
+
+// The probe burns as well as its virtual tip: one that is held beneath the skin leaves no bridge of skin over a cavity.
+TEST(Hook, opens_the_skin_of_a_volume_however_deep_it_is_held) {
+  for (const double depth_m : {-0.0005, 0.0005, 0.002, 0.006}) {
+    Scene scene = hanging_bar("neo_hookean", "progressive", FreeParts::keep);
+    BodySpec& pad = scene.bodies[0];
+    pad.mesh = test::box(10, 4, 3, Vec3(0.08, 0.03, 0.02));
+    pad.pose.position_m = Vec3(-0.04, -0.015, -0.02);
+    pad.volume.tetrahedra = 2500;
+    pad.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, -0.012)};
+    scene.tools[0].kind = "cautery_hook";
+    scene.tools[0].geometry = instrument_of("cautery_hook").geometry;
+    Operation op(scene);
+    op.place({-0.02, 0.001, 0.015});
+    for (double z_m = 0.015; z_m > -depth_m; z_m -= 1e-4) op.step({{0, {Vec3(-0.02, 0.001, z_m), {1, 0, 0, 0}}}});
+    for (double x_m = -0.02; x_m < 0.02; x_m += 4e-5) op.step({{0, {Vec3(x_m, 0.001, -depth_m), {1, 0, 0, 0}}}});
+    for (double z_m = -depth_m; z_m < 0.02; z_m += 1e-4) op.step({{0, {Vec3(0.02, 0.001, z_m), {1, 0, 0, 0}}}});
+    EXPECT_EQ(check(op.mesh()).components, 1u) << depth_m << ": a cavity";
+    EXPECT_GT(cut_along_skin_m(op.mesh()), 0.034) << depth_m;
+  }
+}
+
 // The blade comes out halfway. The tidying after it reaches replicas as cuts do, and a session that is played again has
 // it.
 TEST(VolumeParts, C_LIM_1_short_edges_that_collapse_after_a_cut_are_deltas_that_replicas_and_replay_follow) {
