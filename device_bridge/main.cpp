@@ -128,6 +128,7 @@ void log_progress(ServoLog& log, const BridgeNet& net) {
 }
 
 constexpr double kSessionPatience_s = 60;
+constexpr std::uint64_t kTicksToBeAnswered = 3000;
 constexpr std::chrono::milliseconds kPoll{50};
 constexpr std::chrono::milliseconds kProgress{1000};
 
@@ -229,6 +230,10 @@ int run(Options& o) {
   }
   if (net.lacks_tool()) {
     log_error("--tool-id " + std::to_string(o.tool_id) + ": the scene has no such tool: nothing was moved");
+    return 1;
+  }
+  if (net.met_a_server() && !writer.was_answered() && writer.written() > kTicksToBeAnswered) {
+    log_error("no pose was answered: another bridge moves this instrument, or the link is too slow (docs/links.md)");
     return 1;
   }
   return net.met_a_server() ? 0 : no_server(o.network);

@@ -105,7 +105,8 @@ class Messenger {
   }
 
  private:
-  // One packet for all new samples; older samples go with them while there is room. Of many, some are left out.
+  // One packet for all new samples; older samples go with them while there is room. If there are many, some are left
+  // out.
   void send_samples() {
     PoseSample sample;
     while (fresh_.size() < kRingSamples && handover_.samples.pop(sample))

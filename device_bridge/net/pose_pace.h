@@ -1,5 +1,5 @@
-// How often a bridge sends poses. Answers that are long on their way come over a link that is far, where a packet more or
-// less makes no difference, or thin, where packets wait for each other: there fewer ones arrive earlier.
+// How often a bridge sends poses. Answers that are long on their way come over a link that is far, where a packet more
+// or less makes no difference, or thin, where packets wait for each other: there fewer ones arrive earlier.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@ class PosePace {
  public:
   static constexpr double kShortest_s = 0.0005, kLongest_s = 0.025;
   static constexpr double kPrompt_s = 0.05;  // answers no older than this are as good as they come
-  static constexpr double kShare = 0.125;    // of what they are older
+  static constexpr double kShare = 0.125;    // the part of what they are older that an interval has
 
   // `now_s`: any steady clock, here and below.
   void sent(double now_s) {

@@ -48,6 +48,7 @@ RecordWriter::RecordWriter(const std::string& log_path, const std::string& trace
 void RecordWriter::drain(Ring<ServoRecord>& records) {
   for (ServoRecord record; records.pop(record);) {
     write(record);
+    was_answered_ |= record.model_age_s >= 0;
     const bool is_too_old = record.too_old_s > 0;
     if (is_too_old && !is_too_old_)
       log_warning(formatted("the server's answers are %.2g s old: too old to be felt", record.too_old_s));

@@ -24,6 +24,8 @@ class RecordWriter {
   void finish();
 
   std::uint64_t written() const { return written_; }
+  // A server has answered a pose of this hand.
+  bool was_answered() const { return was_answered_; }
 
  private:
   void write(const ServoRecord& record);
@@ -31,7 +33,7 @@ class RecordWriter {
   LineFile log_, trace_;
   std::string line_;
   std::uint64_t written_ = 0;
-  bool server_silent_ = false, is_too_old_ = false;
+  bool server_silent_ = false, is_too_old_ = false, was_answered_ = false;
 };
 
 }  // namespace sectio

@@ -1,5 +1,5 @@
-// Which contact models a hand gets: those that answer another pose than the one before, or tell of another state. A hand
-// that sends few poses, since its link is thin, gets no more answers than it has asked for.
+// The choice of contact models that a hand gets: those that answer another pose than the one before, or tell of another
+// state. A hand that sends few poses, since its link is thin, gets no more answers than it has asked for.
 #pragma once
 
 #include <map>

@@ -8,7 +8,7 @@ namespace sectio {
 
 class Company {
  public:
-  static constexpr double kKnown_s = 3;      // who was heard this long before the silence should be heard after it
+  static constexpr double kKnown_s = 3;      // one that was heard this long before the silence should be heard after it
   static constexpr double kHandsGone_s = 3;  // a server that is silent together with its hands is given so much longer
   static constexpr double kOnTheWay_s = 0.02;  // sent before the silence, and heard after it
 

@@ -90,7 +90,8 @@ bool Standby::is_to_go_on() {
   const bool is_silent = server.silence_s() > turn_s + (server.hears() ? Follower::kTakeOver_s : kFirstWord_s) &&
                          server.known_s() > turn_s + EpochOwners::kWaits_s + Follower::kTakeOver_s;
   const double now_s = clock_s();
-  const bool is_gone = company_.shows_that_it_is_gone(now_s - server.silence_s(), now_s);
+  const bool is_gone = session_.net->others().has_ended(*server.epoch()) ||
+                       company_.shows_that_it_is_gone(now_s - server.silence_s(), now_s);
   if (is_silent && !is_gone && !said_it_waits_)
     log_warning("hears neither the server nor the hands and viewers of the session: it waits until somebody speaks");
   said_it_waits_ = is_silent && !is_gone;

@@ -157,7 +157,7 @@ class EdgeContact {
   int deep_steps_ = 0;             // steps in which the instrument pressed deep
   int steps_beneath_ = 0;          // steps, one after the other, in which the skin was above all of its ball
   std::uint64_t groove_searches_ = 0;
-  bool was_clear_ = false;  // of the body since it last cut through
+  bool was_clear_ = false;  // it has been out of the body since it last cut through
 
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
   std::vector<ContactPoint> contact_points_;

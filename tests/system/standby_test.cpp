@@ -143,7 +143,7 @@ TEST_F(Standby, follows_a_server_whose_simulation_hangs) {
 }
 
 // A pause isn't a hang.
-// As if the standby's own link were cut: nobody speaks to it any more.
+// Nobody speaks to it any more, which is what a cut of its own link looks like.
 TEST_F(Standby, that_hears_nobody_any_more_waits_and_stands_by_again) {
   const auto first = one("first", {"--play-traces", "--endless"});
   const auto second = one("second", {"--play-traces", "--standby", "--endless"});
