@@ -92,10 +92,12 @@ bool Standby::is_to_go_on() {
   const double now_s = clock_s();
   const bool is_gone = session_.net->others().has_ended(*server.epoch()) ||
                        company_.shows_that_it_is_gone(now_s - server.silence_s(), now_s);
+  if (!is_gone) gone_since_s_.reset();
+  if (is_gone && !gone_since_s_) gone_since_s_ = now_s;
   if (is_silent && !is_gone && !said_it_waits_)
     log_warning("hears neither the server nor the hands and viewers of the session: it waits until somebody speaks");
   said_it_waits_ = is_silent && !is_gone;
-  return is_silent && is_gone;
+  return is_silent && is_gone && now_s - *gone_since_s_ >= turn_s;
 }
 
 void Standby::hear_company() {
