@@ -28,6 +28,17 @@ std::string report_path(const std::string& directory) {
   return directory + "/report.json";
 }
 
+// NAME.NUMBER.obj of a part that came off a body in a run before.
+bool is_part_of(const Scene& scene, const std::filesystem::path& file) {
+  if (file.extension() != ".obj") return false;
+  const std::string stem = file.stem().string();
+  return std::ranges::any_of(scene.bodies, [&](const BodySpec& body) {
+    if (!stem.starts_with(body.name)) return false;
+    const std::string rest = stem.substr(body.name.size());
+    return rest.size() > 1 && rest[0] == '.' && rest.find_first_not_of("0123456789.") == std::string::npos;
+  });
+}
+
 }  // namespace
 
 struct Recorder::State {
@@ -66,7 +77,10 @@ Recorder::~Recorder() = default;
 
 void Recorder::forget_report() {
   std::error_code none;
-  if (!state_->directory.empty()) std::filesystem::remove(report_path(state_->directory), none);
+  if (state_->directory.empty()) return;
+  std::filesystem::remove(report_path(state_->directory), none);
+  for (const auto& entry : std::filesystem::directory_iterator(state_->directory, none))
+    if (is_part_of(state_->scene, entry.path())) std::filesystem::remove(entry.path(), none);
 }
 
 void Recorder::begin_journal() {
