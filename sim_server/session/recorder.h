@@ -22,7 +22,8 @@ class Recorder {
   Recorder(const Scene& scene, const Simulation& simulation, const std::string& directory);
   ~Recorder();
 
-  // Removes the report of an earlier run, which says that the session has ended, and the parts that came off its bodies.
+  // Removes the report of an earlier run, which says that the session has ended, and the parts that came off its
+  // bodies.
   void forget_report();
   // The journal begins with the bodies as they are.
   void begin_journal();

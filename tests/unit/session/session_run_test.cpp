@@ -74,7 +74,8 @@ class SessionRuns : public testing::Test {
 TEST_F(SessionRuns, begin_without_the_parts_of_an_earlier_run) {
   fs::create_directories(there);
   const std::string name = scene.bodies[0].name;
-  for (const std::string file : {name + ".1.obj", name + ".12.obj", name + ".obj", name + ".old.obj", name + "s.1.obj"})
+  for (const std::string& file :
+       {name + ".1.obj", name + ".12.obj", name + ".obj", name + ".old.obj", name + "s.1.obj"})
     std::ofstream(fs::path(there) / file) << "v 0 0 0\n";
   { SessionRun run(scene, there); }
   for (const char* part : {".1.obj", ".12.obj"}) EXPECT_FALSE(fs::exists(fs::path(there) / (name + part))) << part;
