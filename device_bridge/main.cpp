@@ -128,7 +128,7 @@ void log_progress(ServoLog& log, const BridgeNet& net) {
 }
 
 constexpr double kSessionPatience_s = 60;
-constexpr std::uint64_t kTicksToBeAnswered = 3000;
+constexpr double kToBeAnswered_s = 3;
 constexpr std::chrono::milliseconds kPoll{50};
 constexpr std::chrono::milliseconds kProgress{1000};
 
@@ -232,7 +232,8 @@ int run(Options& o) {
     log_error("--tool-id " + std::to_string(o.tool_id) + ": the scene has no such tool: nothing was moved");
     return 1;
   }
-  if (net.met_a_server() && !writer.was_answered() && writer.written() > kTicksToBeAnswered) {
+  const double heard_for_s = 1e-9 * static_cast<double>(timing.period_ns) * static_cast<double>(writer.written());
+  if (net.met_a_server() && !net.session_paused() && !writer.was_answered() && heard_for_s > kToBeAnswered_s) {
     log_error("no pose was answered: another bridge moves this instrument, or the link is too slow (docs/links.md)");
     return 1;
   }

@@ -10,7 +10,7 @@ namespace sectio {
 
 class Speaker {
  public:
-  static constexpr double kSilence_s = 0.1;  // bridges speak a thousand times a second
+  static constexpr double kSilence_s = 0.1;  // bridges speak forty times a second, or more often
 
   // True when the source speaks for the instrument now. `now_s` ascends.
   bool hears(std::uint64_t source, double now_s) {

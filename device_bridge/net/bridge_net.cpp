@@ -72,17 +72,11 @@ struct Handover {
   std::atomic<std::uint64_t> packets{0};
   std::atomic<bool> met{false};
   std::atomic<bool> ended{false};
+  std::atomic<bool> paused{false};
   Camera camera;  // camera of the first scene; never written again once there is one
   std::atomic<bool> has_camera{false};
   std::atomic<bool> has_tool{false};  // a scene has come that has our tool
 };
-
-// So many of them, the last one included.
-std::vector<ToolSample> evenly(const std::vector<ToolSample>& samples, std::size_t count) {
-  std::vector<ToolSample> some;
-  for (std::size_t i = 1; i <= count; ++i) some.push_back(samples[i * samples.size() / count - 1]);
-  return some;
-}
 
 // The work of the network's thread. One thread.
 class Messenger {
@@ -109,12 +103,18 @@ class Messenger {
   // out.
   void send_samples() {
     PoseSample sample;
-    while (fresh_.size() < kRingSamples && handover_.samples.pop(sample))
-      fresh_.push_back({packet_.tool_id, sample.sequence, sample.tool_time_s, sample.pose_world, sample.opening_rad});
+    while (fresh_.size() < kRingSamples && handover_.samples.pop(sample)) {
+      const bool goes_on = sample.sequence == last_popped_ + 1;
+      last_popped_ = sample.sequence;
+      fresh_.push_back({{packet_.tool_id, 0, sample.tool_time_s, sample.pose_world, sample.opening_rad}, goes_on});
+    }
     const double now_s = steady_now_s();
     if (fresh_.empty() || (newest_pose_ && now_s - newest_pose_->sent_s < pace_.interval_s(now_s))) return;
     if (fresh_.size() > kMaxPosesPerPacket) fresh_ = evenly(fresh_, kPosesPerPacket);
-    packet_.samples.insert(packet_.samples.end(), fresh_.begin(), fresh_.end());
+    for (FreshPose& pose : fresh_) {
+      pose.sample.sequence = number_ += pose.goes_on ? 1 : 2;
+      packet_.samples.push_back(pose.sample);
+    }
     const std::size_t keep = std::max(fresh_.size(), kPosesPerPacket);
     if (packet_.samples.size() > keep)
       packet_.samples.erase(packet_.samples.begin(), packet_.samples.end() - static_cast<std::ptrdiff_t>(keep));
@@ -153,20 +153,20 @@ class Messenger {
     while (const auto contact = endpoints_.take<ContactMessage>())
       if (contact->model.tool_id == packet_.tool_id) {
         note(contact->epoch, contact->model);
-        if (strongest_.feel(steady_now_s(), *contact)) handover_.newest.store(strongest_.model());
+        if (!strongest_.feel(steady_now_s(), *contact)) continue;
+        handover_.newest.store(strongest_.model());
+        if (newest_pose_) pace_.answered(steady_now_s(), age_of(contact->model));
       }
     while (const auto end = endpoints_.take<SessionEnd>()) strongest_.end(steady_now_s(), end->epoch);
     if (strongest_.all_ended(steady_now_s())) handover_.ended = true;
   }
 
   // How long ago the pose was sent that the model answers, by this program's clock alone.
+  double age_of(const ContactModel& model) const {
+    return steady_now_s() - newest_pose_->sent_s + (newest_pose_->tool_time_s - model.tool_time_s);
+  }
   void note(std::uint64_t epoch, const ContactModel& model) {
-    if (newest_pose_) {
-      const double now_s = steady_now_s();
-      const double age_s = now_s - newest_pose_->sent_s + (newest_pose_->tool_time_s - model.tool_time_s);
-      ages_.add(age_s);
-      pace_.answered(now_s, age_s);
-    }
+    if (newest_pose_) ages_.add(age_of(model));
     Models& models = models_.try_emplace(epoch, Models{model.sequence, model.sequence, 0}).first->second;
     models.first = std::min(models.first, model.sequence);
     models.last = std::max(models.last, model.sequence);
@@ -174,7 +174,10 @@ class Messenger {
   }
 
   void report() {
-    while (const auto status = endpoints_.take<ServerStatus>()) clock_.hear(steady_now_s(), packet_.source, *status);
+    while (const auto status = endpoints_.take<ServerStatus>()) {
+      clock_.hear(steady_now_s(), packet_.source, *status);
+      handover_.paused = status->speed == 0;
+    }
     const double now_s = steady_now_s(), span_s = now_s - reported_s_;
     if (span_s < kReportInterval_s) return;
     report_.client = packet_.source;
@@ -222,7 +225,8 @@ class Messenger {
     double tool_time_s, sent_s;
   };
   std::optional<SentPose> newest_pose_;
-  std::vector<ToolSample> fresh_;  // not sent yet
+  std::vector<FreshPose> fresh_;
+  std::uint64_t last_popped_ = 0, number_ = 0;  // the servo loop's, and that of what was sent
   PosePace pace_;
   std::string name_ = "?";
   LinkClock clock_;
@@ -286,6 +290,10 @@ std::uint32_t BridgeNet::servers() const {
 
 bool BridgeNet::met_a_server() const {
   return state_->handover.met;
+}
+
+bool BridgeNet::session_paused() const {
+  return state_->handover.paused;
 }
 
 bool BridgeNet::session_ended() const {

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <vector>
+
+#include "common/messages/tool.h"
 
 namespace sectio {
 
@@ -30,5 +33,22 @@ class PosePace {
  private:
   double heard_s_ = -1, age_s_ = 0;
 };
+
+// A pose of the servo loop that has not been sent yet. One that doesn't go on comes after a hole.
+struct FreshPose {
+  ToolSample sample;
+  bool goes_on = true;
+};
+
+// So many of them, the last one included.
+inline std::vector<FreshPose> evenly(const std::vector<FreshPose>& poses, std::size_t count) {
+  std::vector<FreshPose> some;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const bool begins = some.empty() || i >= some.size() * poses.size() / count;
+    if (begins) some.push_back(poses[i]);
+    some.back() = {poses[i].sample, poses[i].goes_on && (begins || some.back().goes_on)};
+  }
+  return some;
+}
 
 }  // namespace sectio

@@ -13,8 +13,8 @@ namespace sectio {
 
 class StrongestContact {
  public:
-  static constexpr double kSilence_s =
-      0.5;  // a server that is silent for longer has gone; models come every millisecond
+  // A server that is silent for longer has gone: models come fifty times a second, or more often.
+  static constexpr double kSilence_s = 0.5;
 
   // Takes over a model unless it is older than the last one of its server, or of a server whose session another one has
   // taken over (common/messages/epoch.h). True when the hand feels something new.

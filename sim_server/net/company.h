@@ -1,5 +1,6 @@
-// The hands and viewers that a standby hears. When the server is silent and they aren't, the server is dead or cut off.
-// When all are silent at once, this program is cut off, and has nobody to go on for.
+// The hands and viewers that a standby hears. When the server is silent and its hands aren't, it is dead or cut off.
+// When all are silent at once, this program is cut off, and has nobody to go on for. Two servers harm nobody in a
+// session without a hand: they make the same steps.
 #pragma once
 
 #include <cmath>
@@ -16,13 +17,12 @@ class Company {
   void hear_hand(double now_s) { hand_s_ = now_s; }
   void hear_viewer(double now_s) { viewer_s_ = now_s; }
 
-  // The server is silent since then. True, too, when nobody was there before.
+  // The server is silent since then. True, too, when no hand was there before.
   bool shows_that_it_is_gone(double since_s, double now_s) const {
     const auto was_there = [&](double heard_s) { return heard_s >= since_s - kKnown_s; };
     const auto is_there = [&](double heard_s) { return heard_s > since_s + kOnTheWay_s; };
-    if (!was_there(hand_s_) && !was_there(viewer_s_)) return true;
-    if (is_there(hand_s_)) return true;
-    return is_there(viewer_s_) && (!was_there(hand_s_) || now_s - since_s > kHandsGone_s);
+    if (!was_there(hand_s_) || is_there(hand_s_)) return true;
+    return is_there(viewer_s_) && now_s - since_s > kHandsGone_s;
   }
 
  private:

@@ -11,7 +11,6 @@ namespace {
 using Seconds = std::chrono::duration<double>;
 
 constexpr double kAsk_s = 0.05;
-constexpr double kLongestLook_s = 0.01;  // between two looks; more is time in which this program was halted
 constexpr std::size_t kMostWaiting = 1u << 16;
 
 }  // namespace

@@ -17,6 +17,9 @@ class Follower {
  public:
   static constexpr double kTakeOver_s = 0.1;  // a server that is silent for longer is followed by its standby
 
+  // Between two looks at it; more is time in which this program was halted.
+  static constexpr double kLongestLook_s = 0.01;
+
   explicit Follower(ServerEndpoints& endpoints) : endpoints_(endpoints) {}
 
   // Takes what has come and asks for what is missing. `leader`: the epoch of the server that has our bodies now. A

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/wall_time.h"
 #include "common/messages/epoch.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/validate.h"
@@ -137,10 +138,12 @@ void NetworkSide::run() {
   while (handover_.pick_up(batch, patience_s())) {
     const Clock::time_point begun = Clock::now();
     PublisherReport report = handover_.last_report();
-    if (publisher_)
+    if (publisher_) {
       send(batch);
-    else
-      hear_standbys(), hear_clients();
+    } else {
+      hear_standbys();
+      hear_clients();
+    }
     others_.listen();
     if (batch.end_reason) {
       report.end = publisher_ ? publisher_->send_end(*batch.end_reason) : SessionEnd{};
@@ -157,8 +160,8 @@ void NetworkSide::run() {
 
 // The contacts that hands feel: none of a frozen tool, which isn't where its hand is.
 std::vector<ContactModel> felt(std::vector<ContactModel> contacts, std::uint32_t frozen_tools, AnswerPace& pace) {
-  const double now_s = Seconds(Clock::now().time_since_epoch()).count();
-  std::erase_if(contacts, [&](const ContactModel& contact) { return !pace.is_due(contact, now_s); });
+  const double now_s = steady_now_s();
+  std::erase_if(contacts, [&](ContactModel& contact) { return !pace.take(contact, now_s); });
   for (ContactModel& contact : contacts)
     if (is_frozen(frozen_tools, contact.tool_id))
       contact = {contact.tool_id, contact.sequence, contact.sim_time_s, contact.tool_time_s};

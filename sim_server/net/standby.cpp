@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/core/log.h"
+#include "common/core/wall_time.h"
 #include "common/messages/epoch.h"
 #include "common/messages/epoch_owners.h"
 #include "sim_server/net/input_feed.h"
@@ -21,12 +22,10 @@ constexpr std::ptrdiff_t kMostSamplesKept = 4096;
 constexpr double kTurn_s = 0.2;     // so much later the next one of several standbys goes on
 constexpr double kFirstWord_s = 1;  // for a server that has announced itself to say something
 constexpr std::size_t kMostTurns = 8;
-constexpr int kChances = 2;  // to some moment before the pasts part, and to the beginning
+constexpr int kChances = 2;      // to some moment before the pasts part, and to the beginning
+constexpr double kCutOff_s = 1;  // from such a silence of all on it is said
+constexpr double kBack_s = 0.5;  // once somebody speaks again, the server has so long to do so, too
 constexpr auto kLookPeriod = std::chrono::milliseconds(1);
-
-double clock_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -89,21 +88,27 @@ bool Standby::is_to_go_on() {
   const double turn_s = kTurn_s * static_cast<double>(is_far_behind() ? kMostTurns : std::min(before, kMostTurns));
   const bool is_silent = server.silence_s() > turn_s + (server.hears() ? Follower::kTakeOver_s : kFirstWord_s) &&
                          server.known_s() > turn_s + EpochOwners::kWaits_s + Follower::kTakeOver_s;
-  const double now_s = clock_s();
-  const bool is_gone = session_.net->others().has_ended(*server.epoch()) ||
-                       company_.shows_that_it_is_gone(now_s - server.silence_s(), now_s);
+  const double since_s = looked_for_s_ - server.silence_s();
+  const bool is_gone =
+      session_.net->others().has_ended(*server.epoch()) || company_.shows_that_it_is_gone(since_s, looked_for_s_);
+  if (!is_silent) waits_ = false;
   if (!is_gone) gone_since_s_.reset();
-  if (is_gone && !gone_since_s_) gone_since_s_ = now_s;
-  if (is_silent && !is_gone && !said_it_waits_)
-    log_warning("hears neither the server nor the hands and viewers of the session: it waits until somebody speaks");
-  said_it_waits_ = is_silent && !is_gone;
-  return is_silent && is_gone && now_s - *gone_since_s_ >= turn_s;
+  if (is_gone && !gone_since_s_) gone_since_s_ = looked_for_s_;
+  if (is_silent && !is_gone && !waits_ && server.silence_s() > kCutOff_s) {
+    waits_ = true;
+    log_warning("hears neither the server nor the hands of the session: it waits until somebody speaks");
+  }
+  return is_silent && is_gone && looked_for_s_ - *gone_since_s_ >= turn_s + (waits_ ? kBack_s : 0);
 }
 
 void Standby::hear_company() {
-  const ServerNet& net = *session_.net;
-  if (std::exchange(hands_heard_, net.hands_heard()) != hands_heard_) company_.hear_hand(clock_s());
-  if (std::exchange(viewers_heard_, net.viewers_heard()) != viewers_heard_) company_.hear_viewer(clock_s());
+  const double now_s = steady_now_s();
+  if (looked_at_s_) looked_for_s_ += std::min(now_s - *looked_at_s_, Follower::kLongestLook_s);
+  looked_at_s_ = now_s;
+  const std::uint64_t hands = session_.net->hands_heard(), viewers = session_.net->viewers_heard();
+  if (hands != hands_heard_) company_.hear_hand(looked_for_s_);
+  if (viewers != viewers_heard_) company_.hear_viewer(looked_for_s_);
+  hands_heard_ = hands, viewers_heard_ = viewers;
 }
 
 bool Standby::is_far_behind() const {
@@ -151,7 +156,7 @@ void Standby::keep_news() {
   hear_company();
   const std::size_t before = session_.input.samples.size();
   session_.net->take_samples(session_.input.samples);
-  if (session_.input.samples.size() > before) company_.hear_hand(clock_s());
+  if (session_.input.samples.size() > before) company_.hear_hand(looked_for_s_);
   if (session_.input.samples.size() > kMostSamplesKept)
     session_.input.samples.erase(session_.input.samples.begin(), session_.input.samples.end() - kMostSamplesKept);
   for (const std::uint32_t tool : session_.net->take_silent_tools()) session_.silent.insert(tool);

@@ -44,9 +44,13 @@ class Standby {
   std::deque<StepRecord> last_inputs_;  // without a journal
   Company company_;
   std::uint64_t hands_heard_ = 0, viewers_heard_ = 0;
-  bool said_it_waits_ = false;               // in this silence of the server
-  std::optional<double> gone_since_s_ = {};  // in this silence, others have shown it: all standbys hear them at once
-  std::uint64_t followed_ = 0;               // epoch of the server that was heard last
+  double looked_for_s_ = 0;  // the clock of Follower::silence_s(): time in which this program was halted doesn't count
+  std::optional<double> looked_at_s_ = {};
+  // In this silence of the server: it waits, and since when others have shown that the server is gone. All standbys
+  // hear them at once.
+  bool waits_ = false;
+  std::optional<double> gone_since_s_ = {};
+  std::uint64_t followed_ = 0;  // epoch of the server that was heard last
   bool in_step_ = false;
   int chances_ = 0;  // it may go back so often to find the past of its server; a past that it has made itself is right
 };

@@ -83,7 +83,7 @@ struct Candidate {
 };
 
 // The counts of a candidate that was built, its error by weight if that was measured, and why a run with it would not
-// be ok; empty: nothing speaks against it.
+// be ok; empty: nothing speaks against it, or it was made coarser than it is.
 struct Built {
   double elements = 0, vertices = 0, surface_vertices = 0;
   int substeps = 1;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/core/error.h"
@@ -28,15 +30,18 @@ std::string report_path(const std::string& directory) {
   return directory + "/report.json";
 }
 
-// NAME.NUMBER.obj of a part that came off a body in a run before.
-bool is_part_of(const Scene& scene, const std::filesystem::path& file) {
-  if (file.extension() != ".obj") return false;
-  const std::string stem = file.stem().string();
-  return std::ranges::any_of(scene.bodies, [&](const BodySpec& body) {
-    if (!stem.starts_with(body.name)) return false;
-    const std::string rest = stem.substr(body.name.size());
-    return rest.size() > 1 && rest[0] == '.' && rest.find_first_not_of("0123456789.") == std::string::npos;
-  });
+// The files of bodies that a run before has left, but for those of the scene's own bodies: parts that came off.
+std::vector<std::string> files_of_parts(const Scene& scene, const std::string& directory) {
+  std::ifstream file(report_path(directory));
+  const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
+  std::vector<std::string> parts;
+  if (!report.is_object() || !report.contains("bodies") || !report["bodies"].is_array()) return parts;
+  for (const nlohmann::json& body : report["bodies"]) {
+    const std::string name = body.is_object() ? body.value("name", "") : "";
+    const auto came_off = [&](const BodySpec& of) { return name.starts_with(of.name + "."); };
+    if (std::ranges::any_of(scene.bodies, came_off)) parts.push_back(obj_path(directory, name));
+  }
+  return parts;
 }
 
 }  // namespace
@@ -78,9 +83,8 @@ Recorder::~Recorder() = default;
 void Recorder::forget_report() {
   std::error_code none;
   if (state_->directory.empty()) return;
+  for (const std::string& part : files_of_parts(state_->scene, state_->directory)) std::filesystem::remove(part, none);
   std::filesystem::remove(report_path(state_->directory), none);
-  for (const auto& entry : std::filesystem::directory_iterator(state_->directory, none))
-    if (is_part_of(state_->scene, entry.path())) std::filesystem::remove(entry.path(), none);
 }
 
 void Recorder::begin_journal() {

@@ -14,10 +14,11 @@ struct StrokeEntry {
   std::uint32_t tool_id = 0, body_id = 0;
   std::uint64_t from_step = 0, to_step = 0;  // to_step 0: the blade is still in the tissue
   std::string end;                           // for a person
+  bool is_over = false;                      // it won't go on, as one may that has run into a cut, or was refused
 
   template <class A>
   void archive(A& a) {
-    a(tool_id, body_id, from_step, to_step, end);
+    a(tool_id, body_id, from_step, to_step, end, is_over);
   }
 };
 

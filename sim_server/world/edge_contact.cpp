@@ -39,7 +39,11 @@ double beneath_temporary_m(Body& body, VertexId about, const Vec3& point_world_m
 }  // namespace
 
 EdgeContact::EdgeContact(const InstrumentEdge& edge, Body& body, double step_s)
-    : edge_(edge), body_(body), step_s_(step_s), rupture_(threshold_of(body.spec.cutting)) {}
+    : edge_(edge),
+      body_(body),
+      step_s_(step_s),
+      rupture_(threshold_of(body.spec.cutting)),
+      was_clear_(!body.engines.cutting->has_come_apart()) {}
 
 ContactState EdgeContact::state() const {
   switch (phase_) {
@@ -328,7 +332,7 @@ void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& ent
                        std::vector<BladeMotion>& motions) {
   stroke_.resistance().begin_step();
   slips_off_.reset();
-  why_lifted_ = {};
+  why_lifted_ = EdgeStroke::kLifted;
   if (phase_ == Phase::spent) rest_in_groove();
   if (body_.frozen && (entry_ || phase_ == Phase::cutting)) return refuse_frozen(motions);
   if (entry_) return begin_stroke(entries, motions);

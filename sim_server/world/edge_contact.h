@@ -151,13 +151,13 @@ class EdgeContact {
   bool came_in_sideways_ = false;  // it began sideways rather than with the tip first
   double came_sideways_m_ = 0;     // how far the edge has gone towards its sharp side since it was clear of the body
   EdgeStroke stroke_;
-  std::string_view why_lifted_;    // in this step; a constant
+  std::string_view why_lifted_ = EdgeStroke::kLifted;  // in this step; a constant
   std::optional<Pose> slips_off_;  // tissue with this frame slips off the edge in this step, which ends the stroke
   Vec3 ended_at_ = Vec3::Zero();   // the last cut ended here
   int deep_steps_ = 0;             // steps in which the instrument pressed deep
   int steps_beneath_ = 0;          // steps, one after the other, in which the skin was above all of its ball
   std::uint64_t groove_searches_ = 0;
-  bool was_clear_ = false;  // it has been out of the body since it last cut through
+  bool was_clear_ = true;  // it has been out of the body since it last cut through
 
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
   std::vector<ContactPoint> contact_points_;

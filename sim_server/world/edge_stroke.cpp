@@ -13,8 +13,7 @@ namespace {
 constexpr double kMostDrag_m = 0.004, kMostDragInDepths = 2;
 constexpr double kSteep = 0.5;     // cosine to the normal from which on a blade passes through a surface
 constexpr double kLeftBehind = 3;  // join tolerances: a deep blade that is further from the end of its cut has left it
-constexpr std::string_view kJawsOpened = "its jaws opened", kLifted = "it was lifted out";
-constexpr std::string_view kBeneath = "all of its edge is beneath the surface";
+constexpr std::string_view kJawsOpened = "its jaws opened", kBeneath = "all of its edge is beneath the surface";
 
 // The length of a blade's edge beneath the surface at a point; for a blade that lies along the surface, up to the
 // nearest point.
@@ -130,7 +129,8 @@ EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
     }
     if (decision.leaf == CutDecision::detect_again) {
       motion.lift = decision.height_m < 0 || !decision.crossings.edge || jaws == Jaws::opening;
-      outcome.why_lifted = jaws == Jaws::opening ? kJawsOpened : decision.height_m < 0 ? kLifted : kBeneath;
+      if (motion.lift)
+        outcome.why_lifted = jaws == Jaws::opening ? kJawsOpened : decision.height_m < 0 ? kLifted : kBeneath;
       break;
     }
     if (decision.leaf == CutDecision::push_out) resistance_.push_out(body, edge, step.point_world_m, step.normal_world);
@@ -174,7 +174,7 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
       const bool is_away = depth_m < -near_m || (at_surface - from).norm() > away_m;
       const bool has_left = is_away && !tip_is_in_groove(body, edge);
       motion.lift = jaws == Jaws::opening || has_left;
-      outcome.why_lifted = jaws == Jaws::opening ? kJawsOpened : kLifted;
+      if (motion.lift && jaws == Jaws::opening) outcome.why_lifted = kJawsOpened;
       break;
     }
   }

@@ -25,6 +25,8 @@ struct StrokeStep {
 
 class EdgeStroke {
  public:
+  static constexpr std::string_view kLifted = "it was lifted out";
+
   // The edge breaks in here, after it came so far sideways; 0: with its tip first.
   BladeMotion begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, double sideways_m);
 
@@ -32,7 +34,7 @@ class EdgeStroke {
     BladeMotion motion;
     std::optional<Vec3> end_goes_to_world_m;  // a blade that doesn't cut takes the end of its cut along
     bool slips = false;                       // the tissue slips off the blade, and the cut ends
-    std::string_view why_lifted = {};         // if the motion ends the cut; for a person
+    std::string_view why_lifted = kLifted;    // if the cut ends; for a person
   };
   Outcome follow(Body& body, const StrokeStep& step);
 

@@ -24,6 +24,25 @@ TEST(PosePace, grows_with_the_age_of_answers_and_with_silence_to_a_bound) {
   EXPECT_EQ(pace.interval_s(10.1), PosePace::kShortest_s) << "at once";
 }
 
+TEST(PosePace, poses_that_are_left_out_make_no_hole_and_holes_stay) {
+  std::vector<FreshPose> poses(25);
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i].sample.tool_time_s = 0.001 * static_cast<double>(i);
+  const auto all_go_on = [](const std::vector<FreshPose>& some) {
+    return std::ranges::all_of(some, &FreshPose::goes_on);
+  };
+  std::vector<FreshPose> four = evenly(poses, 4);
+  ASSERT_EQ(four.size(), 4u);
+  EXPECT_EQ(four.back().sample.tool_time_s, poses.back().sample.tool_time_s) << "the newest";
+  for (std::size_t i = 1; i < 4; ++i)
+    EXPECT_NEAR(four[i].sample.tool_time_s - four[i - 1].sample.tool_time_s, 0.00625, 0.001);
+  EXPECT_TRUE(all_go_on(four));
+  for (std::size_t hole = 0; hole < poses.size(); ++hole) {
+    std::vector<FreshPose> torn = poses;
+    torn[hole].goes_on = false;
+    EXPECT_FALSE(all_go_on(evenly(torn, 4))) << hole;
+  }
+}
+
 // A queue of 64 kB before a link of 256 kbit/s, in which packets of half a kilobyte wait.
 TEST(PosePace, a_thin_link_comes_to_answers_that_are_felt) {
   constexpr double kPacket_kbit = 4, kLink_kbit_per_s = 256, kQueue_kbit = 512;

@@ -74,13 +74,14 @@ class SessionRuns : public testing::Test {
 TEST_F(SessionRuns, begin_without_the_parts_of_an_earlier_run) {
   fs::create_directories(there);
   const std::string name = scene.bodies[0].name;
-  for (const std::string& file :
-       {name + ".1.obj", name + ".12.obj", name + ".obj", name + ".old.obj", name + "s.1.obj"})
-    std::ofstream(fs::path(there) / file) << "v 0 0 0\n";
+  std::ofstream(there + "/report.json") << R"({"bodies": [{"name": ")" << name << R"("}, {"name": ")" << name
+                                        << R"(.1"}, {"name": "other.1"}, {"name": ")" << name << R"(./../x"}]})";
+  for (const std::string& file : {name + ".1.obj", name + ".2.obj", name + ".obj", std::string("other.1.obj")})
+    std::ofstream(there + "/" + file) << "v 0 0 0\n";
   { SessionRun run(scene, there); }
-  for (const char* part : {".1.obj", ".12.obj"}) EXPECT_FALSE(fs::exists(fs::path(there) / (name + part))) << part;
-  for (const char* other : {".obj", ".old.obj", "s.1.obj"})
-    EXPECT_TRUE(fs::exists(fs::path(there) / (name + other))) << other;
+  EXPECT_FALSE(fs::exists(there + "/" + name + ".1.obj"));
+  for (const std::string& other : {name + ".2.obj", name + ".obj", std::string("other.1.obj")})
+    EXPECT_TRUE(fs::exists(there + "/" + other)) << other << " isn't a part of that run";
 }
 
 TEST_F(SessionRuns, goes_on_from_its_last_checkpoint) {

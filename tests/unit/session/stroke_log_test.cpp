@@ -23,9 +23,13 @@ TEST(StrokeLog, has_the_beginning_the_end_and_its_reason) {
   EXPECT_EQ(log.strokes()[0].from_step, 10u);
   EXPECT_EQ(log.strokes()[0].to_step, 40u);
   EXPECT_EQ(log.strokes()[0].end, "it was lifted out");
-  EXPECT_EQ(log.strokes()[1].to_step, 0u);
+  EXPECT_EQ(log.strokes()[1].to_step, 20u) << "refused, and nothing came after it";
   EXPECT_EQ(log.strokes()[1].end, "no room");
   EXPECT_EQ(log.strokes()[2].end, "");
+  EXPECT_EQ(log.strokes()[2].to_step, 0u);
+  log.add(at(61, EventKind::penetrated, 0));
+  for (const std::uint64_t step : {70u, 71u}) log.add(at(step, EventKind::cut_ended, 0, "its jaws opened"));
+  for (const std::size_t edge : {2u, 3u}) EXPECT_GT(log.strokes()[edge].to_step, 0u) << "scissors have two edges";
   for (int i = 0; i < 2000; ++i) log.add(at(100, EventKind::penetrated, 2));
   EXPECT_EQ(log.strokes().size(), StrokeLog::kMost);
 }
