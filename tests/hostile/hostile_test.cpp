@@ -58,7 +58,7 @@ TEST_P(HostileToStandby, a_standby_follows_its_server_and_no_stranger) {
                                                         "--standby", "--export", file("second")}));
   ASSERT_TRUE(second->wait_for("it hears the server")) << second->output();
   const auto screen = viewer("screen", {"--no-pictures"});
-  ASSERT_TRUE(first->wait_for(" 1.00 s simulated")) << first->output();
+  ASSERT_TRUE(has_simulated(*first, 1)) << first->output();
   const auto hostile = program("hostile", {GetParam(), network.session, std::to_string(network.domain)});
   EXPECT_EQ(hostile->exit_code(), 0) << hostile->output();
   const auto third = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--steps", "15000",
@@ -88,7 +88,7 @@ TEST_F(HostileLeader, a_flood_of_orders_starves_no_hand_and_keeps_no_leader_from
   const auto screen = viewer("screen", {"--no-pictures"});
   const auto hand =
       program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server", "--log", file("force.csv")}));
-  ASSERT_TRUE(sim->wait_for(" 1.00 s simulated")) << sim->output();
+  ASSERT_TRUE(has_simulated(*sim, 1)) << sim->output();
   const auto hostile = program("hostile", {"session_orders", network.session, std::to_string(network.domain)});
   ASSERT_TRUE(hostile->wait_for("it begins")) << hostile->output();
   EXPECT_NE(give({"speed", "--factor", "0.9"}).find("1 server obeys"), std::string::npos);
@@ -122,7 +122,7 @@ TEST_P(Hostile, a_session_goes_on_as_if_nobody_had_spoken) {
   auto screen = viewer("screen", {"--no-pictures"});
   auto hand =
       program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server", "--log", file("force.csv")}));
-  ASSERT_TRUE(sim->wait_for(" 1.00 s simulated")) << sim->output();
+  ASSERT_TRUE(has_simulated(*sim, 1)) << sim->output();
   const auto hostile = program("hostile", {GetParam(), network.session, std::to_string(network.domain)});
   EXPECT_EQ(hostile->exit_code(), 0) << hostile->output();
   EXPECT_LT(peak_bytes(*screen), std::size_t{400} << 20);
@@ -156,7 +156,7 @@ TEST_F(HostileToLatecomers, those_who_come_late_hear_the_server) {
   auto sim = server({"--steps", "8000"});
   const auto there = viewer("there", {"--no-pictures"});
   const auto hand = bridge();
-  ASSERT_TRUE(sim->wait_for(" 1.00 s simulated")) << sim->output();
+  ASSERT_TRUE(has_simulated(*sim, 1)) << sim->output();
   const auto hostile = program("hostile", {"scene_for_latecomers", network.session, std::to_string(network.domain)});
   ASSERT_TRUE(hostile->wait_for("it stays")) << hostile->output();
   std::vector<std::unique_ptr<Process>> late;

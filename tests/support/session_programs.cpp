@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <cstdlib>
+
 namespace sectio::test {
 
 SessionPrograms::SessionPrograms() {
@@ -72,6 +74,19 @@ std::string SessionPrograms::scene_with_young(const std::string& young_pa) {
   replace("young_pa: 5400", "young_pa: " + young_pa);
   replace("../", SECTIO_SOURCE_DIR "/deploy/");
   return text;
+}
+
+bool SessionPrograms::has_simulated(Process& server, double least_s) {
+  const std::string unit = " s simulated";
+  const auto newest_s = [&] {
+    const std::size_t end = server.output().rfind(unit);
+    if (end == std::string::npos) return 0.0;
+    const std::size_t before = server.output().rfind(' ', end - 1);
+    return before == std::string::npos ? 0.0 : std::atof(server.output().c_str() + before);
+  };
+  while (newest_s() < least_s)
+    if (!server.wait_for_next(unit)) return false;
+  return true;
 }
 
 void SessionPrograms::expect_equal_at_the_end(Process& viewer) {

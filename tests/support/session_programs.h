@@ -41,6 +41,9 @@ class SessionPrograms : public testing::Test {
   nlohmann::json json(const std::string& name) const;
   void write(const std::string& name, const std::string& text) const { std::ofstream(file(name)) << text; }
 
+  // The server has simulated so much, or more: one that is behind its clock says so at other moments.
+  static bool has_simulated(Process& server, double least_s);
+
   // Time is asked of a clock here: for tests that vary the moment at which something happens.
   static void let_pass(std::chrono::milliseconds time) { std::this_thread::sleep_for(time); }
   static void expect_equal_at_the_end(Process& viewer);

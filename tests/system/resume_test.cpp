@@ -196,7 +196,7 @@ TEST_F(Resume, a_session_is_played_again_for_viewers_and_branches_off_at_an_earl
 
 TEST_F(Resume, the_same_command_after_a_crash_does_not_overwrite_the_session) {
   const auto first = program("sim_server", in_session({"--scene", kScene, "--export", file("out"), "--play-traces"}));
-  ASSERT_TRUE(first->wait_for("1.00 s simulated")) << first->output();
+  ASSERT_TRUE(has_simulated(*first, 1)) << first->output();
   kill(*first);
   const auto bytes = std::filesystem::file_size(file("out/inputs"));
   const auto again = program("sim_server", in_session({"--scene", kScene, "--export", file("out"), "--play-traces"}));
