@@ -106,7 +106,7 @@ void lead(SessionLeader& leader, const WindowInput& input, double sim_time_s, bo
 
 // The report, and a line a body on the standard output. Returns the exit code.
 int conclude(const ViewerOptions& options, World& world, const ClientNet& net, const ViewRecord& record,
-             std::optional<HeardRecord>& heard, const std::string& session, bool whole) {
+             std::optional<HeardRecord>& heard, const std::string& session, bool saw_any, bool whole) {
   const std::vector<BodyVersion> versions = world.catch_up();
   if (heard) heard->keep(world);
   if (heard && !heard->finish()) whole = false;
@@ -118,12 +118,16 @@ int conclude(const ViewerOptions& options, World& world, const ClientNet& net, c
   for (std::size_t b = 0; b < versions.size(); ++b) {
     const std::string equal = equals_server(b, versions, end);
     differs = differs || equal == "no";
+    saw_any = saw_any || equal == "yes";
     std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(), names[b].c_str(),
                 static_cast<unsigned long long>(versions[b].revision), hash_text(versions[b].topology_hash).c_str(),
                 equal.c_str());
   }
-  if (versions.empty()) log_error("no server of " + session + " was met");
-  return differs || versions.empty() || !whole ? 1 : 0;
+  if (versions.empty())
+    log_error("no server of " + session + " was met");
+  else if (!saw_any)
+    log_error("no body of " + session + " came whole in that time: its link is thin, or it was there for too short");
+  return differs || versions.empty() || !saw_any || !whole ? 1 : 0;
 }
 
 int view(ViewerOptions options) {
@@ -187,7 +191,7 @@ int view(ViewerOptions options) {
     if (due_s < steady_now_s() - kMaxRepeat_s) due_s = steady_now_s();
     std::this_thread::sleep_until(Clock::time_point(std::chrono::duration_cast<Clock::duration>(Seconds(due_s))));
   }
-  return conclude(options, world, net, record, heard, session, screen.finish());
+  return conclude(options, world, net, record, heard, session, any, screen.finish());
 }
 
 }  // namespace
