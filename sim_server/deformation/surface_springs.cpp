@@ -320,7 +320,6 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   if (was_implicit_) return implicit_step(position_world_m, velocity_m_per_s, constraints, reactions);
 
   find_held(constraints);
-  follow(position_world_m);
   if (parts_ == 1) {
     explicit_step(position_world_m, velocity_m_per_s);
     project(constraints, inverse_mass_, h, position_world_m, velocity_m_per_s, reactions);
@@ -328,7 +327,6 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   }
   divided_.begin(constraints, position_world_m, parts_);
   for (int part = 0; part < parts_; ++part) {
-    if (part > 0) follow(position_world_m);
     explicit_step(position_world_m, velocity_m_per_s);
     divided_.project_substep(part, part_s(), inverse_mass_, position_world_m, velocity_m_per_s);
     slow_down_unpushed(position_world_m, velocity_m_per_s);
@@ -398,6 +396,7 @@ Vec4f SurfaceSprings::free_velocity(const Held& held, const VelocityUpdate& upda
 }
 
 void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
+  follow(position_world_m);
   const double h = part_s();
   VelocityUpdate update;
   update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);

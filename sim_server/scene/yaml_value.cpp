@@ -21,8 +21,11 @@ namespace {
 
 constexpr std::size_t kMostBytes = 4'000'000;  // a file may have
 
+std::string place_of(const std::string& file, int line_from_0) {
+  return file + ":" + std::to_string(line_from_0 + 1);
+}
 std::string place_of(const std::string& file, const YAML::Mark& mark) {
-  return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
+  return mark.is_null() ? file : place_of(file, mark.line);
 }
 
 }  // namespace
@@ -35,7 +38,7 @@ void YamlValue::fail(const std::string& flaw) const {
 }
 
 std::string YamlValue::place() const {
-  return stands_at_ ? file_ + ":" + std::to_string(*stands_at_ + 1) : place_of(file_, node_->Mark());
+  return stands_at_ ? place_of(file_, *stands_at_) : place_of(file_, node_->Mark());
 }
 
 YamlValue YamlValue::absent(const std::string& key) const {

@@ -37,7 +37,8 @@ std::vector<std::string> files_of_parts(const Scene& scene, const std::string& d
   std::vector<std::string> parts;
   if (!report.is_object() || !report.contains("bodies") || !report["bodies"].is_array()) return parts;
   for (const nlohmann::json& body : report["bodies"]) {
-    const std::string name = body.is_object() ? body.value("name", "") : "";
+    const bool has_name = body.is_object() && body.contains("name") && body["name"].is_string();
+    const std::string name = has_name ? body["name"].get<std::string>() : "";
     const auto came_off = [&](const BodySpec& of) { return name.starts_with(of.name + "."); };
     if (std::ranges::any_of(scene.bodies, came_off)) parts.push_back(obj_path(directory, name));
   }

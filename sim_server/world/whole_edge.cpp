@@ -54,7 +54,9 @@ bool is_between_walls(Body& body, const InstrumentEdge& edge, const Vec3& at, do
 }
 
 // Is the blade in a groove, or flat against a wall of one? There it cuts nothing: it would plane off its own walls.
+// An edge that cuts in any direction has no flat.
 bool is_at_wall(Body& body, const InstrumentEdge& edge, const Vec3& at, double near_m) {
+  if (!edge.shape().sharp_side_tool) return false;
   const Vec3 aside = aside_world(edge);
   const auto is_beside = [&](const SurfaceHit& hit) {
     return body.mesh.triangle(hit.triangle).surface == Surface::wall &&
@@ -119,7 +121,6 @@ bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPo
 }
 
 bool is_beside_wall(Body& body, const InstrumentEdge& edge) {
-  if (!edge.shape().sharp_side_tool) return false;
   constexpr int kPlaces = 5;
   for (int i = 0; i < kPlaces; ++i)
     if (is_at_wall(body, edge, edge.tip_world_m() + static_cast<double>(i) / (kPlaces - 1) * edge.along_world_m(),

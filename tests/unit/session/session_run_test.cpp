@@ -75,7 +75,8 @@ TEST_F(SessionRuns, begin_without_the_parts_of_an_earlier_run) {
   fs::create_directories(there);
   const std::string name = scene.bodies[0].name;
   std::ofstream(there + "/report.json") << R"({"bodies": [{"name": ")" << name << R"("}, {"name": ")" << name
-                                        << R"(.1"}, {"name": "other.1"}, {"name": ")" << name << R"(./../x"}]})";
+                                        << R"(.1"}, {"name": "other.1"}, {"name": 7}, {"name": ")" << name
+                                        << R"(./../x"}]})";
   for (const std::string& file : {name + ".1.obj", name + ".2.obj", name + ".obj", std::string("other.1.obj")})
     std::ofstream(there + "/" + file) << "v 0 0 0\n";
   { SessionRun run(scene, there); }
