@@ -119,6 +119,8 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   constraints_.clear();
   contact_points_.clear();
   if (before || !poses.empty()) edge_ = edge_.at(poses.empty() ? *before : poses.back());
+  if (phase_ != Phase::cutting && edge_.shape().edge_tip_beneath_tool_m)
+    edge_ = edge_.around(body_.cut_traits.edge_cuts_anywhere && ends_between_blades(body_, edge_));
   opening_before_rad_ = before ? before->opening_rad : edge_.pose().opening_rad;
   if (phase_ == Phase::through && is_clear_of(body_, edge_)) phase_ = Phase::free, tracker_.reset();
   if (const auto sharp_side = edge_.sharp_side_world(); sharp_side && before)

@@ -43,6 +43,10 @@ bool is_clear_of(Body& body, const InstrumentEdge& edge) {
   });
 }
 
+bool ends_between_blades(Body& body, const InstrumentEdge& edge) {
+  return !body.tree().inside(body.view(), edge.pose().to_world(*edge.shape().edge_tip_beneath_tool_m));
+}
+
 std::optional<SurfaceHit> reaches_in(Body& body, const InstrumentEdge& edge, const ToolContact& contact) {
   if (edge.shape().edge_tip_tool_m == edge.shape().edge_heel_tool_m) return {};
   if (!edge.kind().front_is_virtual)

@@ -19,6 +19,8 @@ class InstrumentEdge {
 
   // The same edge elsewhere.
   InstrumentEdge at(const JointPose& pose) const;
+  // The same edge, here and elsewhere, in tissue that ends between its blades, or doesn't.
+  InstrumentEdge around(bool tissue_ends_between_blades) const;
 
   std::uint32_t id() const { return id_; }
   const InstrumentKind& kind() const { return *kind_; }
@@ -40,7 +42,7 @@ class InstrumentEdge {
 
   template <class A>
   void archive(A& a) {
-    a(state_, pose_, shape_);
+    a(state_, pose_, shape_, tissue_ends_between_blades_);
   }
 
  private:
@@ -51,6 +53,7 @@ class InstrumentEdge {
   double largest_force_n_;
   JointPose pose_;
   InstrumentShape shape_;
+  bool tissue_ends_between_blades_ = false;
 };
 
 }  // namespace sectio
