@@ -13,7 +13,7 @@
 
 namespace sectio {
 
-constexpr double kDeepEdge_m = 0.003;  // an edge this deep in tissue has broken in
+constexpr double kDeepEdge_m = 0.003;  // an edge this deep in tissue has broken in, as in the middle of a thin body
 constexpr double kNoTravel_m = 1e-7;   // a motion below this has no direction
 
 // The edge opens a surface wherever it is, and leaves an opening between two walls.
