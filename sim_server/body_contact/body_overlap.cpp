@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <span>
 #include <vector>
+
+#include "common/mesh/check.h"
 
 namespace sectio {
 namespace {
@@ -46,7 +50,45 @@ void look_through(const SearchedSurface& one, const SearchedSurface& other, Over
   }
 }
 
+// The component with the most triangles.
+std::uint32_t largest_of(std::span<const std::uint32_t> component) {
+  std::map<std::uint32_t, std::size_t> sizes;
+  for (const std::uint32_t c : component)
+    if (c != kNone) ++sizes[c];
+  const auto largest = std::ranges::max_element(sizes, {}, [](const auto& each) { return each.second; });
+  return largest == sizes.end() ? kNone : largest->first;
+}
+
+// A triangle about a vertex that has skin all around; kNone: it has walls, too.
+TriangleId skin_at(const TriangleMesh& mesh, VertexId v) {
+  TriangleId skin = kNone;
+  for (const TriangleId t : mesh.fan(v)) {
+    if (mesh.triangle(t).surface != Surface::skin) return kNone;
+    skin = t;
+  }
+  return skin;
+}
+
 }  // namespace
+
+// A part that lies on another one touches it; one that has sunk in has the other's tissue on both sides of its skin.
+std::size_t sunken_skin(const SearchedSurface& body) {
+  const TriangleMesh& mesh = body.view.mesh;
+  const std::vector<std::uint32_t> component = component_of_triangle(mesh);
+  const std::uint32_t largest = largest_of(component);
+  std::size_t sunken = 0;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    const TriangleId skin = mesh.vertex_alive(v) ? skin_at(mesh, v) : kNone;
+    if (skin == kNone || component[skin] == largest) continue;
+    const std::uint32_t own = component[skin];
+    const Vec3 normal = area_at(body.view, v).stableNormalized();
+    const Vec3 above = body.view.positions_world_m[v].cast<double>() + kOffSurface_m * normal;
+    if (!body.tree.inside(body.view, above)) continue;
+    const auto behind = body.tree.hits(body.view, above, above - kThinnest_m * normal);
+    sunken += std::ranges::all_of(behind, [&](const SurfaceHit& hit) { return component[hit.triangle] == own; });
+  }
+  return sunken;
+}
 
 Overlap overlap_of(const SearchedSurface& one, const SearchedSurface& other) {
   Overlap overlap;

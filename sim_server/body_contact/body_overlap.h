@@ -1,4 +1,4 @@
-// How far two bodies are in each other, for the report of a run.
+// How far two bodies, or the parts of one, are in each other, for the report of a run.
 #pragma once
 
 #include <cstddef>
@@ -14,5 +14,8 @@ struct Overlap {
 
 // All vertices are probed. O(vertices x log triangles).
 Overlap overlap_of(const SearchedSurface& one, const SearchedSurface& other);
+
+// Vertices of the skin of loose parts of a body that lie in the tissue of the others: such a part has sunk in.
+std::size_t sunken_skin(const SearchedSurface& body);
 
 }  // namespace sectio

@@ -54,12 +54,15 @@ void judge_body(const RunFigures& figures, const Simulation& simulation, std::ui
 std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation) {
   Reasons reasons;
   for (std::uint32_t id = 0; id < simulation.body_count(); ++id) judge_body(figures, simulation, id, reasons);
-  for (const BodyOverlap& o : figures.overlaps)
-    reasons.add_count(o.come_through, "vertices have come through: " + simulation.body(o.one).name + " and " +
-                                          simulation.body(o.other).name + " are in each other");
+  for (const BodyOverlap& o : figures.overlaps) {
+    const std::string &one = simulation.body(o.one).name, &other = simulation.body(o.other).name;
+    reasons.add_count(o.come_through,
+                      o.one == o.other ? "vertices of skin lie in tissue: a loose part of " + one + " has sunk into it"
+                                       : "vertices have come through: " + one + " and " + other + " are in each other");
+  }
   reasons.add_if(!std::isfinite(figures.largest_force_n), "a force was not finite");
   reasons.add_count(count_of(figures, EventKind::body_frozen), "times a body froze");
-  reasons.add_count(figures.last.forces_capped, "forces were beyond what an instrument may feel");
+  reasons.add_count(figures.last.forces_capped, "steps in which a reaction was beyond the largest_force_n of its tool");
   const auto is_of_refusals = [](const Expectation& e) { return e.measure->value == &Outcome::refusals; };
   if (std::ranges::none_of(scene.expect, is_of_refusals))
     reasons.add_count(figures.last.cuts_refused, "cuts were refused");

@@ -41,11 +41,11 @@ struct NewBody {
   std::string name;
 };
 
-// Two bodies of which one lies in the other.
+// Two bodies of which one lies in the other; or a body of which a loose part has sunk into the rest.
 struct BodyOverlap {
-  std::uint32_t one = 0, other = 0;
-  double deepest_m = 0;          // how far beneath the other's surface
-  std::size_t come_through = 0;  // vertices of either that have gone right through the other, or a wall of it
+  std::uint32_t one = 0, other = 0;  // the same: the vertices are those of skin
+  double deepest_m = 0;              // how far beneath the other's surface
+  std::size_t come_through = 0;      // vertices of either that have gone right through the other, or a wall of it
 };
 
 enum class EventKind : std::uint8_t {

@@ -73,7 +73,9 @@ void SimulatedWorld::find_nested() {
 
 std::vector<BodyOverlap> SimulatedWorld::overlaps() const {
   std::vector<BodyOverlap> found;
-  for (std::uint32_t a = 0; a < bodies.size(); ++a)
+  for (std::uint32_t a = 0; a < bodies.size(); ++a) {
+    Body& whole = *bodies[a];
+    if (const std::size_t sunken = sunken_skin({whole.view(), whole.tree()})) found.push_back({a, a, 0, sunken});
     for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
       Body &one = *bodies[a], &other = *bodies[b];
       const Box3 box = one.bounds_world_m();
@@ -81,6 +83,7 @@ std::vector<BodyOverlap> SimulatedWorld::overlaps() const {
       const auto [deepest_m, come_through] = overlap_of({one.view(), one.tree()}, {other.view(), other.tree()});
       if (deepest_m > 0 || come_through > 0) found.push_back({a, b, deepest_m, come_through});
     }
+  }
   return found;
 }
 

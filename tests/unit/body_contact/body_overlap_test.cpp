@@ -1,0 +1,34 @@
+#include "sim_server/body_contact/body_overlap.h"
+
+#include <gtest/gtest.h>
+
+#include "sim_server/collision/surface_tree.h"
+#include "tests/support/shapes.h"
+
+namespace sectio::test {
+namespace {
+
+// A loose cube of 6 mm in the mesh of one of 30 mm, at a place.
+std::size_t sunken_at(const Vec3& place_m) {
+  TriangleSoup both = box(6, 6, 6, Vec3::Constant(0.03));
+  const auto first = static_cast<VertexId>(both.vertices_body_m.size());
+  const TriangleSoup loose = box(3, 3, 3, Vec3::Constant(0.006));
+  for (const Vec3& x : loose.vertices_body_m) both.vertices_body_m.push_back(x + place_m);
+  for (const auto& t : loose.triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  const TriangleMesh mesh(both);
+  std::vector<Vec3f> now;
+  for (const Vec3& x : mesh.rest_body_m()) now.push_back(x.cast<float>());
+  const SurfaceView view{mesh, now};
+  SurfaceTree tree(view);
+  return sunken_skin({view, tree});
+}
+
+TEST(BodyOverlap, skin_of_a_loose_part_that_has_sunk_into_tissue_is_counted) {
+  EXPECT_EQ(sunken_at({0.0101, 0.0102, 0.0103}), 56u) << "all of it";
+  EXPECT_GT(sunken_at({0.0101, 0.0102, 0.027}), 20u) << "its half";
+  EXPECT_EQ(sunken_at({0.0101, 0.0102, 0.0299}), 0u) << "it lies on the skin, and dents it";
+  EXPECT_EQ(sunken_at({0.0101, 0.0102, 0.04}), 0u);
+}
+
+}  // namespace
+}  // namespace sectio::test
