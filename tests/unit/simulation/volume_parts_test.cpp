@@ -5,6 +5,7 @@
 #include "common/math/trace.h"
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_traits.h"
+#include "sim_server/instruments/instrument.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/session/run_outcome.h"
@@ -207,6 +208,51 @@ TEST(VolumeParts, can_be_cut_again) {
   cut_through(op, -0.015);  // the rest
   EXPECT_EQ(op.simulation.body_count(), 3u);
   EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
+}
+
+// What lies between the blades is divided, wherever their bisector meets it: the lower blade came from beneath it.
+TEST(VolumeParts, scissors_divide_a_vessel_between_their_blades) {
+  const Vec3 forward = Vec3(0.9659, 0, -0.2588).normalized(), down = Vec3(-0.2588, 0, -0.9659).normalized();
+  Mat3 in_tool, in_world;  // the blades close in a level plane
+  in_tool << forward, down, forward.cross(down);
+  in_world << Vec3::UnitX(), -Vec3::UnitY(), -Vec3::UnitZ();
+  for (const std::string model : {"neo_hookean", "neo_hookean_lattice", "tetra_springs"})
+    for (const double aside_m : {-0.002, 0.0, 0.0025}) {
+      Scene scene = hanging_bar(model, "progressive", FreeParts::deformable);
+      BodySpec& vessel = scene.bodies[0];
+      vessel.mesh = test::box(3, 3, 24, Vec3(0.006, 0.006, 0.05));
+      vessel.pose.position_m = Vec3(-0.003, -0.003, -0.05);
+      vessel.volume.cell_m = 0.002;
+      scene.tools[0] = {};
+      scene.tools[0].name = "scissors";
+      scene.tools[0].kind = "scissors";
+      scene.tools[0].geometry = instrument_of("scissors").geometry;
+      Operation op(scene);
+      const Pose at{Vec3(0.012, aside_m, -0.03), Eigen::Quaterniond(in_world * in_tool.transpose())};
+      for (double opening_rad = 0.7; opening_rad > 0; opening_rad -= 0.001) {
+        ToolSample sample = op.sample(0, at);
+        sample.opening_rad = opening_rad;
+        StepInput input;
+        input.samples = {sample};
+        op.step(input);
+      }
+      EXPECT_EQ(op.simulation.body_count(), 2u) << model << ", " << aside_m << " m aside";
+      EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
+    }
+}
+
+// In a body that is thinner than an edge is deep in others once it has broken in.
+TEST(VolumeParts, a_blade_goes_through_a_small_body_with_any_force) {
+  Scene scene = hanging_bar("neo_hookean", "progressive", FreeParts::deformable);
+  BodySpec& bar = scene.bodies[0];
+  bar.mesh = test::box(3, 3, 12, Vec3(0.00125, 0.00125, 0.005));
+  bar.pose.position_m = Vec3(-0.000625, -0.000625, -0.005);
+  bar.fixed = Box{Vec3(-1, -1, -0.001), Vec3(1, 1, 1)};
+  bar.volume.least_part_s = 1e-5;
+  bar.cutting.threshold_force_n = 0.1;
+  Operation op(scene);
+  for (double y_m = -0.0015; y_m < 0.0015; y_m += 4e-6) op.step({{0, flat(y_m, -0.0025)}});
+  EXPECT_EQ(op.simulation.body_count(), 2u);
 }
 
 // Three fifths of the bar come off; the rest hangs where it is held, small as it is.
