@@ -4,16 +4,20 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/json_text.h"
 #include "common/core/log.h"
 #include "common/core/wall_time.h"
 #include "common/core/write_file.h"
+#include "common/messages/epoch.h"
 
 namespace sectio {
 
 namespace {
+
+constexpr double kBeginning_s = 1;  // a session whose first state comes later than this in simulated time goes on
 
 void write(JsonText& json, const char* key, const auto& lines) {
   json.key(key).open('[');
@@ -32,21 +36,32 @@ void TryBook::keep_in(const std::string& directory) {
 
 void TryBook::feed(const SceneInfo& message) {
   if (message.task.empty() || message.epoch == epoch_) return;
-  begin(message.epoch);
+  is_new_epoch_ = same_session(message.epoch, epoch_) && message.task == task_;
+  epoch_ = message.epoch;
+  if (is_new_epoch_) return;  // its first state tells whether it goes on
+  begin();
   task_ = message.task;
+  tools_.clear();
   for (const ToolInfo& tool : message.tools) tools_.push_back(tool.name);
 }
 
-void TryBook::begin(std::uint64_t epoch) {
-  epoch_ = epoch;
+void TryBook::begin() {
   begun_us_ = microseconds_since_1970();
   every_s_ = kEvery_s;
   next_s_ = 0;
-  task_.clear();
-  tools_.clear();
   score_.clear();
-  places_.clear();
+  moments_.clear();
   hands_.clear();
+}
+
+void TryBook::go_on_from(double time_s) {
+  std::erase_if(moments_, [&](const Moment& moment) { return moment.time_s > time_s; });
+  next_s_ = time_s;
+}
+
+bool TryBook::has_touched() const {
+  const auto presses = [](const Place& place) { return place.force_n > 0; };
+  return std::ranges::any_of(moments_, [&](const Moment& m) { return std::ranges::any_of(m.places, presses); });
 }
 
 void TryBook::feed(const SessionEvent& message) {
@@ -64,21 +79,23 @@ void TryBook::feed(const ContactMessage& message) {
 }
 
 void TryBook::feed(const StateHeader& message) {
-  if (message.epoch != epoch_ || task_.empty() || message.sim_time_s < next_s_) return;
+  if (message.epoch != epoch_ || task_.empty()) return;
+  if (std::exchange(is_new_epoch_, false)) message.sim_time_s < kBeginning_s ? begin() : go_on_from(message.sim_time_s);
+  if (message.sim_time_s < next_s_) return;
   next_s_ = message.sim_time_s + every_s_;
-  std::vector<Place>& row = places_.emplace_back();
+  Moment& moment = moments_.emplace_back(message.sim_time_s);
   for (std::uint32_t t = 0; t < message.tools.size(); ++t)
-    row.push_back({message.tools[t].pose_world.position_m, forces_n_[t], message.tools[t].present});
+    moment.places.push_back({message.tools[t].pose_world.position_m, forces_n_[t], message.tools[t].present});
   forces_n_.clear();
-  if (places_.size() < kMostPlaces) return;
-  for (std::size_t i = 0; 2 * i < places_.size(); ++i) places_[i] = std::move(places_[2 * i]);
-  places_.resize(places_.size() / 2);
+  if (moments_.size() < kMostPlaces) return;
+  for (std::size_t i = 0; 2 * i < moments_.size(); ++i) moments_[i] = std::move(moments_[2 * i]);
+  moments_.resize(moments_.size() / 2);
   every_s_ *= 2;
 }
 
 void TryBook::tick(const std::vector<std::string>& hands) {
   hands_.insert(hands.begin(), hands.end());
-  if (has_news_ && !directory_.empty()) keep();
+  if (has_news_ && !directory_.empty() && has_touched()) keep();
   has_news_ = false;
 }
 
@@ -110,17 +127,17 @@ std::string TryBook::try_as_json() const {
   for (std::uint32_t t = 0; t < tools_.size(); ++t) {
     json.open('{').key("name").value(tools_[t]).key("at_mm").open('[');
     const auto in_mm = [](double m) { return 0.1 * std::round(1e4 * m); };
-    for (const std::vector<Place>& row : places_) {
-      if (t >= row.size() || !row[t].present) {
+    for (const auto& [time_s, places] : moments_) {
+      if (t >= places.size() || !places[t].present) {
         json.null();
         continue;
       }
-      const Vec3& at_m = row[t].at_m;
+      const Vec3& at_m = places[t].at_m;
       json.open('[').value(in_mm(at_m.x())).value(in_mm(at_m.y())).value(in_mm(at_m.z())).close(']');
     }
     json.close(']').key("force_n").open('[');
-    for (const std::vector<Place>& row : places_)
-      json.value(t < row.size() ? 1e-3 * std::round(1e3 * row[t].force_n) : 0.0);
+    for (const auto& [time_s, places] : moments_)
+      json.value(t < places.size() ? 1e-3 * std::round(1e3 * places[t].force_n) : 0.0);
     json.close(']').close('}');
   }
   json.close(']').close('}');
@@ -141,7 +158,7 @@ std::string TryBook::json() const {
         text.back() == '}')
       tries.push_back(std::move(text));
   }
-  if (directory_.empty() && !score_.empty()) tries.push_back(try_as_json());
+  if (directory_.empty() && !score_.empty() && has_touched()) tries.push_back(try_as_json());
   std::string all = "[";
   for (std::size_t i = tries.size() - std::min(tries.size(), kMostTriesShown); i < tries.size(); ++i)
     all += (all.size() > 1 ? "," : "") + tries[i];

@@ -24,10 +24,11 @@ class TryBook {
   // Empty: nothing is kept. Throws InputError when there can be no such directory.
   void keep_in(const std::string& directory);
 
+  // A task that is told begins a try, or goes on with the one before: a session that goes back in time, or that another
+  // server takes over, has a new epoch and the same hands.
   void feed(const SceneInfo& message);
   void feed(const StateHeader& message);
   void feed(const ContactMessage& message);
-  // A task that is told begins a try.
   void feed(const SessionEvent& message);
   // People who hold instruments; writes what is new.
   void tick(const std::vector<std::string>& hands);
@@ -41,8 +42,14 @@ class TryBook {
     double force_n = 0;
     bool present = false;
   };
+  struct Moment {
+    double time_s = 0;          // simulated
+    std::vector<Place> places;  // one a tool
+  };
 
-  void begin(std::uint64_t epoch);
+  void begin();
+  void go_on_from(double time_s);
+  bool has_touched() const;
   void keep() const;
   std::string try_as_json() const;
   std::string task_as_json() const;
@@ -53,8 +60,9 @@ class TryBook {
   std::uint64_t begun_us_ = 0;  // since 1970
   double every_s_ = kEvery_s, next_s_ = 0;
   std::vector<std::string> task_, score_;
-  std::uint64_t scored_at_ = 0;               // step
-  std::vector<std::vector<Place>> places_;    // one row a moment, one entry a tool
+  std::uint64_t scored_at_ = 0;  // step
+  bool is_new_epoch_ = false;    // and its first state isn't here yet
+  std::vector<Moment> moments_;
   std::map<std::uint32_t, double> forces_n_;  // by tool: the most since the last moment
   std::set<std::string> hands_;               // all who have held an instrument
   bool has_news_ = false;

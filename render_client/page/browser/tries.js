@@ -21,7 +21,8 @@ async function learn_tries() {
     return;
   }
   byId('show_tries').hidden = tries.length === 0;
-  byId('show_tries').textContent = `Tries (${tries.length})`;
+  byId('show_tries').textContent =
+    tries.length > SHOWN_TRIES ? `Tries (the last ${SHOWN_TRIES} of ${tries.length})` : `Tries (${tries.length})`;
   show_tries();
 }
 
@@ -47,9 +48,15 @@ function path_picture(one, box) {
   return picture(...one.tools.map((tool) => line_through(tool.at_mm.filter(Boolean).map(place))));
 }
 
+// The forces of a try, from its first touch to its last.
+function touching(one) {
+  const touches = one.tools.flatMap((tool) => tool.force_n.flatMap((force_n, i) => (force_n > 0 ? [i] : [])));
+  const first = touches.reduce((a, b) => Math.min(a, b), Infinity), last = touches.reduce((a, b) => Math.max(a, b), 0);
+  return one.tools.map((tool) => tool.force_n.slice(Math.min(first, last), last + 1));
+}
 function force_picture(one, longest_s, most_n) {
   const place = (force_n, i) => [WIDE * i * one.every_s / longest_s, HIGH - HIGH * force_n / most_n];
-  return picture(...one.tools.map((tool) => line_through(tool.force_n.map(place))));
+  return picture(...touching(one).map((forces_n) => line_through(forces_n.map(place))));
 }
 
 // The deviation in each part of the line, in millimetres; NaN where no blade was.
@@ -92,7 +99,7 @@ function show_tries() {
   const all = shown.flatMap(places_of), reach = (i, sign) => sign * most(all.map((p) => sign * p[i]), -1e4);
   const box = { left: reach(0, -1), right: reach(0, 1), bottom: reach(1, -1), top: reach(1, 1) };
   const most_n = most(shown.flatMap((one) => one.tools.flatMap((tool) => tool.force_n)), 0.1);
-  const longest_s = most(shown.map((one) => one.every_s * (one.tools[0]?.force_n.length ?? 0)), 1);
+  const longest_s = most(shown.map((one) => one.every_s * (touching(one)[0]?.length ?? 0)), 1);
   const most_mm = most(shown.flatMap(beside_mm).filter((mm) => mm >= 0), 0.5);
   const scores = shown.map((one) => new Map(one.score.filter((line) => !line.startsWith(ALONG)).map((line) => {
     const [name, value, verdict] = entry(line);
@@ -105,7 +112,7 @@ function show_tries() {
     row('who', shown.map((one) => one.hands.join(', '))),
     ...names.map((name) => row(name, scores.map((score) => score.get(name) ?? ''))),
     row('path, from above', shown.map((one) => path_picture(one, box))),
-    row(`force, to ${most_n.toFixed(1)} N, over ${longest_s.toFixed(0)} s`, shown.map((one) => force_picture(one, longest_s, most_n))),
+    row(`force from the first touch on, to ${most_n.toFixed(1)} N, over ${longest_s.toFixed(0)} s`, shown.map((one) => force_picture(one, longest_s, most_n))),
     ...(shown.some((one) => beside_mm(one).length > 0)
       ? [row(`beside the line, to ${most_mm.toFixed(1)} mm`, shown.map((one) => deviation_picture(one, most_mm)))] : []));
 }

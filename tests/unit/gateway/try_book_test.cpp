@@ -28,21 +28,28 @@ struct TryBookTest : testing::Test {
     return scene;
   }
   // A try of 1 s in which the scalpel goes 10 mm along x, with a force of 2 N in the middle.
-  static void make_try(TryBook& book, std::uint64_t epoch, const std::string& task, const std::string& score) {
+  static void make_try(TryBook& book, std::uint64_t epoch, const std::string& task, const std::string& score,
+                       double from_s = 0) {
     book.feed(scene_of(epoch, task));
     for (int i = 0; i <= 60; ++i) {
-      StateHeader state;
-      state.epoch = epoch;
-      state.sim_time_s = i / 60.0;
-      state.tools = {{true, Pose{Vec3(0.01 * i / 60, 0, 0)}}};
-      ContactMessage contact;
-      contact.epoch = epoch;
-      contact.model.force_world_n = Vec3(0, 0, i == 30 ? 2 : 0.5);
-      book.feed(contact);
-      book.feed(state);
+      press(book, epoch, i == 30 ? 2 : 0.5);
+      see(book, epoch, from_s + i / 60.0, 0.01 * (from_s + i / 60.0));
     }
     tell(book, epoch, kScoreTold, score);
     book.tick({"Ada"});
+  }
+  static void press(TryBook& book, std::uint64_t epoch, double force_n) {
+    ContactMessage contact;
+    contact.epoch = epoch;
+    contact.model.force_world_n = Vec3(0, 0, force_n);
+    book.feed(contact);
+  }
+  static void see(TryBook& book, std::uint64_t epoch, double sim_time_s, double x_m) {
+    StateHeader state;
+    state.epoch = epoch;
+    state.sim_time_s = sim_time_s;
+    state.tools = {{true, Pose{Vec3(x_m, 0, 0)}}};
+    book.feed(state);
   }
   static std::size_t count(const std::string& text, const std::string& part) {
     std::size_t n = 0;
@@ -80,6 +87,8 @@ TEST_F(TryBookTest, another_exercise_has_its_own_instruments) {
   SceneInfo other = scene_of(2, "take out the tumour");
   other.tools = {{"knife", "scalpel"}, {"forceps", "forceps"}};
   book.feed(other);
+  press(book, 2, 1);
+  see(book, 2, 0, 0);
   tell(book, 2, kScoreTold, "taken   1");
   book.tick({"Ada"});
   const std::string tries = book.json();
@@ -87,15 +96,44 @@ TEST_F(TryBookTest, another_exercise_has_its_own_instruments) {
   for (const char* tool : {"\"knife\"", "\"forceps\""}) EXPECT_EQ(count(tries, tool), 1u) << tries;
 }
 
+TEST_F(TryBookTest, a_session_that_goes_back_in_time_goes_on_with_its_try) {
+  TryBook book;
+  book.keep_in(directory);
+  make_try(book, 1, "cut along the line", "line cut   50 %");
+  make_try(book, 2, "cut along the line", "line cut   60 %", 1);
+  see(book, 3, 1.5, 0);
+  book.feed(scene_of(3, "cut along the line"));
+  see(book, 3, 1.5, 0.015);  // back from 2 s
+  tell(book, 3, kScoreTold, "line cut   70 %");
+  book.tick({});
+  const std::string tries = book.json();
+  EXPECT_EQ(count(tries, "begun_s"), 1u) << tries;
+  EXPECT_NE(tries.find(R"("score":["line cut   70 %"],"hands":["Ada"])"), std::string::npos) << tries;
+  EXPECT_NE(tries.find("[14,0,0]"), std::string::npos) << tries;
+  EXPECT_EQ(tries.find("[16,0,0]"), std::string::npos) << tries;
+}
+
+TEST_F(TryBookTest, a_try_in_which_nothing_was_touched_is_none) {
+  TryBook book;
+  book.keep_in(directory);
+  book.feed(scene_of(1, "cut along the line"));
+  see(book, 1, 0, 0);
+  tell(book, 1, kScoreTold, "line cut   0 %");
+  book.tick({"Ada"});
+  EXPECT_EQ(book.json(), "[]");
+  press(book, 1, 0.1);
+  see(book, 1, 1, 0);
+  tell(book, 1, kScoreTold, "line cut   0 %");
+  book.tick({"Ada"});
+  EXPECT_EQ(count(book.json(), "begun_s"), 1u);
+}
+
 TEST_F(TryBookTest, a_long_try_is_kept_more_coarsely) {
   TryBook book;
   book.feed(scene_of(1, "wait"));
   for (int i = 0; i < 20000; ++i) {
-    StateHeader state;
-    state.epoch = 1;
-    state.sim_time_s = 0.1 * i;
-    state.tools = {{true, Pose{}}};
-    book.feed(state);
+    press(book, 1, 0.5);
+    see(book, 1, 0.1 * i, 0);
   }
   tell(book, 1, kScoreTold, "time");
   EXPECT_LT(book.json().size(), 100000u);
