@@ -85,7 +85,9 @@ std::string Roles::act(std::uint32_t person, const ToolClaim& claim, double now_
       return "";
     }
     case ClaimAction::release:
-      if (!is_own) return "the " + tool.name + " isn't yours to put down";
+      if (!is_own && !may_lead(person)) return "the " + tool.name + " isn't yours to put down";
+      if (!is_own && tool.person != kNobody)
+        notices_.emplace_back(tool.person, name_of(person) + " has put down the " + tool.name + " that you held");
       set_free(claim.tool_id);
       return "";
   }

@@ -227,9 +227,13 @@ std::vector<std::string> to_lines(const Score& score) {
   if (score.line) {
     const LineScore& l = *score.line;
     lines.push_back(line("line cut                %8.1f %% of %.0f mm", 100 * l.cut_fraction, 1e3 * l.length_m));
-    lines.push_back(
-        line("beside the line         %8.2f mm rms, %.2f mm at most", 1e3 * l.deviation_m, 1e3 * l.most_deviation_m));
-    lines.push_back(line("depth                   %8.2f mm   astray %.1f mm", 1e3 * l.depth_m, 1e3 * l.astray_m));
+    const bool at_line = std::ranges::any_of(l.beside_m, [](const auto& beside_m) { return beside_m.has_value(); });
+    lines.push_back(at_line ? line("beside the line         %8.2f mm rms, %.2f mm at most", 1e3 * l.deviation_m,
+                                   1e3 * l.most_deviation_m)
+                            : "beside the line         nothing was cut at it");
+    lines.push_back(l.depth_m > 0
+                        ? line("depth                   %8.2f mm   astray %.1f mm", 1e3 * l.depth_m, 1e3 * l.astray_m)
+                        : line("depth                   nowhere on the line   astray %.1f mm", 1e3 * l.astray_m, 0));
     lines.push_back(line("tremor                  %8.3f mm rms", 1e3 * l.tremor_m, 0));
     std::string along = "along the line, mm      ";
     for (const auto& beside_m : l.beside_m) along += beside_m ? line(" %.1f", 1e3 * *beside_m, 0) : " -";

@@ -139,5 +139,21 @@ TEST(Roles, who_knows_the_leading_token_leads_and_gives_what_others_hold) {
   EXPECT_EQ(roles.holder(0), ada);
 }
 
+TEST(Roles, who_leads_has_an_instrument_put_down_and_its_holder_is_told) {
+  Roles roles{{"theatre", "professor"}};
+  const std::uint32_t ada = roles.enter(), ben = roles.enter();
+  roles.set_tools({"scalpel"});
+  roles.hello(ada, {"Ada", "professor"});
+  roles.hello(ben, {"Ben", "theatre"});
+  EXPECT_EQ(roles.act(ada, {0, ClaimAction::claim, kNobody}, 0), "");
+  EXPECT_NE(roles.act(ben, {0, ClaimAction::release, kNobody}, 0), "");
+  EXPECT_EQ(roles.act(ada, {0, ClaimAction::give, ben}, 0), "");
+  roles.take_notices();
+  EXPECT_EQ(roles.act(ada, {0, ClaimAction::release, kNobody}, 0), "");
+  EXPECT_EQ(roles.holder(0), kNobody);
+  EXPECT_EQ(roles.take_notices(),
+            (std::vector{std::pair(ben, std::string("Ada has put down the scalpel that you held"))}));
+}
+
 }  // namespace
 }  // namespace sectio::gateway_test
