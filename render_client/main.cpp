@@ -111,17 +111,16 @@ int conclude(const ViewerOptions& options, World& world, const ClientNet& net, c
   if (heard) heard->keep(world);
   if (heard && !heard->finish()) whole = false;
   const std::vector<std::string> names = world.body_names();
-  const std::optional<SessionEnd> end = world.session_end();
-  const std::string report = record.json(options.name, world, net.counts(), versions, end);
+  const std::vector<std::string> equal = equals_server(versions, world.session_end(), net.equality().of_bodies(world));
+  const std::string report = record.json(options.name, world, net.counts(), versions, equal);
   if (!options.report_file.empty() && !try_to_write([&] { write_file(options.report_file, report); })) whole = false;
   bool differs = false;
   for (std::size_t b = 0; b < versions.size(); ++b) {
-    const std::string equal = equals_server(b, versions, end);
-    differs = differs || equal == "no";
-    saw_any = saw_any || equal == "yes";
+    differs = differs || equal[b] == "no";
+    saw_any = saw_any || equal[b] == "yes";
     std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(), names[b].c_str(),
                 static_cast<unsigned long long>(versions[b].revision), hash_text(versions[b].topology_hash).c_str(),
-                equal.c_str());
+                equal[b].c_str());
   }
   if (versions.empty())
     log_error("no server of " + session + " was met");

@@ -45,7 +45,7 @@ double ViewRecord::pictures_per_s() const {
 }
 
 std::string ViewRecord::json(const std::string& name, const World& world, const ClientNetCounts& net,
-                             const std::vector<BodyVersion>& versions, const std::optional<SessionEnd>& end) const {
+                             const std::vector<BodyVersion>& versions, const std::vector<std::string>& equal) const {
   nlohmann::ordered_json report;
   report["client"] = name;
   report["session"] = world.scene() ? world.scene()->session : "";
@@ -57,7 +57,7 @@ std::string ViewRecord::json(const std::string& name, const World& world, const 
     report["bodies"].push_back({{"name", names[b]},
                                 {"revision", versions[b].revision},
                                 {"topology_hash", hash_text(versions[b].topology_hash)},
-                                {"equals_server", equals_server(b, versions, end)},
+                                {"equals_server", equal[b]},
                                 {"copy_bytes", bodies[b]->bytes()}});
   report["frames_drawn"] = pictures_;
   report["states_drawn"] = states_;
@@ -87,10 +87,15 @@ std::string ViewRecord::json(const std::string& name, const World& world, const 
   return report.dump(2) + "\n";
 }
 
-std::string equals_server(std::size_t body, const std::vector<BodyVersion>& versions,
-                          const std::optional<SessionEnd>& end) {
-  if (!end || body >= end->bodies.size()) return "unknown";
-  return versions[body] == end->bodies[body] ? "yes" : "no";
+std::vector<std::string> equals_server(const std::vector<BodyVersion>& versions, const std::optional<SessionEnd>& end,
+                                       const std::vector<Equality::OfBody>& so_far) {
+  std::vector<std::string> words;
+  for (std::size_t b = 0; b < versions.size(); ++b) {
+    std::optional<bool> equal = b < so_far.size() ? so_far[b].equal : std::nullopt;
+    if (end && b < end->bodies.size()) equal = versions[b] == end->bodies[b];
+    words.emplace_back(!equal ? "unknown" : *equal ? "yes" : "no");
+  }
+  return words;
 }
 
 }  // namespace sectio

@@ -7,6 +7,7 @@
 
 #include "common/messages/session.h"
 #include "render_client/net/client_net.h"
+#include "render_client/replica/equality.h"
 #include "render_client/replica/world.h"
 
 namespace sectio {
@@ -22,9 +23,9 @@ class ViewRecord {
   std::uint64_t pictures() const { return pictures_; }
   double pictures_per_s() const;
 
-  // `versions`: the versions of the bodies at the end. `end`: those that the server announced, if it did.
+  // `versions`: the versions of the bodies at the end. `equal`: whether they are the server's (equals_server()).
   std::string json(const std::string& name, const World& world, const ClientNetCounts& net,
-                   const std::vector<BodyVersion>& versions, const std::optional<SessionEnd>& end) const;
+                   const std::vector<BodyVersion>& versions, const std::vector<std::string>& equal) const;
 
  private:
   std::uint64_t pictures_ = 0;
@@ -43,8 +44,8 @@ class ViewRecord {
   double max_servers_apart_s_ = 0;
 };
 
-// "yes", "no", or "unknown" when the server hasn't announced its version of the body.
-std::string equals_server(std::size_t body, const std::vector<BodyVersion>& versions,
-                          const std::optional<SessionEnd>& end);
+// For each body "yes", "no", or "unknown": at the session's end, or else when a server last told its version.
+std::vector<std::string> equals_server(const std::vector<BodyVersion>& versions, const std::optional<SessionEnd>& end,
+                                       const std::vector<Equality::OfBody>& so_far);
 
 }  // namespace sectio

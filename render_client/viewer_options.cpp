@@ -51,6 +51,8 @@ void check(ViewerOptions& o) {
     throw InputError("--no-pictures: --out, --video and --contact-sheet would have nothing to write");
   o.eye_world_m = parse_point("--camera-eye", o.eye);
   o.target_world_m = parse_point("--camera-target", o.target);
+  if (o.eye_world_m && o.target_world_m && (*o.eye_world_m - *o.target_world_m).norm() < 1e-6)
+    throw InputError("--camera-eye: it is at --camera-target, and looks nowhere");
   check_network_options(o.network);
 }
 
