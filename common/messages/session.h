@@ -54,9 +54,11 @@ struct SceneInfo {
 bool overlap(const SceneInfo& a, const SceneInfo& b);
 
 // Values of EventKind (sim_server/world/step_io.h) that viewers tell apart.
+constexpr std::uint8_t kCutEnded = 3;
 constexpr std::uint8_t kCutRefused = 6;
 constexpr std::uint8_t kStepOverrun = 7;
 constexpr std::uint8_t kBodySplit = 9;
+constexpr std::uint8_t kReleased = 12;
 constexpr std::uint8_t kGravityTurned = 15;
 constexpr std::uint8_t kScoreTold = 26;  // a line of the score
 constexpr std::uint8_t kDidNotCut = 28;

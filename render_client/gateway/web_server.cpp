@@ -36,9 +36,10 @@ struct PageFile {
   const char* name;
   const char* type;
 };
-constexpr std::array<PageFile, 7> kPageFiles{{{"/", "index.html", "text/html; charset=utf-8"},
+constexpr std::array<PageFile, 8> kPageFiles{{{"/", "index.html", "text/html; charset=utf-8"},
                                               {"/page.css", "page.css", "text/css"},
                                               {"/page.js", "page.js", "text/javascript"},
+                                              {"/hand.js", "hand.js", "text/javascript"},
                                               {"/headset.js", "headset.js", "text/javascript"},
                                               {"/tries.js", "tries.js", "text/javascript"},
                                               {"/sectio.js", "sectio.js", "text/javascript"},
@@ -283,6 +284,7 @@ int WebServer::State::open(lws* wsi) {
   setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
   if (handlers.opened(id)) return 0;
   log_limited(LogLevel::warning, "full", "a browser is refused: there are as many as --max-clients allows");
+  say_goodbye(wsi, "is one too many: as many are here as --max-clients allows");
   sockets.erase(wsi);
   by_id.erase(id);
   return -1;
@@ -416,6 +418,7 @@ WebServer::WebServer(const WebServerOptions& options, WebServerHandlers handlers
       LWS_SERVER_OPTION_DISABLE_IPV6 | LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND;
   info.keepalive_timeout = info.timeout_secs = 5;
   info.pt_serv_buf_size = 1 << 15;
+  info.max_http_header_data = 1 << 15;  // cookies of a host are sent to all its ports, whoever has set them
   s.context = lws_create_context(&info);
   if (s.context) s.vhost = lws_create_vhost(s.context, &info);
   if (!s.vhost || lws_get_vhost_listen_port(s.vhost) <= 0)

@@ -15,13 +15,13 @@ namespace {
 struct Words {
   std::uint8_t kind;
   const char* before;
-  bool is_state;
+  bool is_state, names_tool;
 };
-constexpr Words kWords[] = {{kCutRefused, "cut refused: ", false},
-                            {kDidNotCut, "did not cut: ", false},
-                            {kBodySplit, "came off: ", false},
-                            {kStepOverrun, "pace of the server ", true},
-                            {kGravityTurned, "gravity turns ", true}};
+constexpr Words kWords[] = {
+    {kCutEnded, "cut ended: ", false, true},        {kCutRefused, "cut refused: ", false, true},
+    {kReleased, "let go: ", false, true},           {kDidNotCut, "did not cut: ", false, true},
+    {kBodySplit, "came off: ", false, false},       {kStepOverrun, "pace of the server ", true, false},
+    {kGravityTurned, "gravity turns ", true, false}};
 
 }  // namespace
 
@@ -60,6 +60,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<SceneInfo>(message, [&](const SceneInfo& scene) {
         world_.announce(scene);
         if (!scene.task.empty()) task_ = scene.task;
+        if (!world_.knows(scored_at_.first)) score_.clear();  // a session that begins anew has none
         const auto is_gone = [&](const auto& each) { return !world_.knows(each.first); };
         std::erase_if(statuses_, is_gone);
         std::erase_if(heard_s_, is_gone);
@@ -119,9 +120,15 @@ void LiveSession::take(const SessionEvent& event) {
 
 void LiveSession::tell(const SessionEvent& event) {
   const auto words = std::ranges::find(kWords, event.kind, &Words::kind);
-  const std::string text = words == std::end(kWords) ? event.text : words->before + event.text;
+  std::string text = words == std::end(kWords) ? event.text : words->before + event.text;
   const Replica* replica = world_.replica_of(event.epoch);
-  const double time_s = replica ? static_cast<double>(event.step) * replica->scene()->step_s : time_s_;
+  std::optional<double> time_s;
+  if (replica) {
+    const SceneInfo& scene = *replica->scene();
+    time_s = static_cast<double>(event.step) * scene.step_s;
+    const bool names_tool = words != std::end(kWords) && words->names_tool && event.tool_id < scene.tools.size();
+    if (names_tool) text = scene.tools[event.tool_id].name + ", " + text;
+  }
   add_line(words != std::end(kWords) && words->is_state ? words->before : text, text, time_s);
 }
 
@@ -144,7 +151,7 @@ void LiveSession::say_who_serves() {
   served_by_ = std::move(servers);
 }
 
-void LiveSession::add_line(const std::string& topic, const std::string& text, double time_s) {
+void LiveSession::add_line(const std::string& topic, const std::string& text, std::optional<double> time_s) {
   Line line{++line_count_, topic, text, 1, time_s};
   if (const auto before = std::ranges::find(lines_, topic, &Line::topic); before != lines_.end()) {
     line.count += before->count;

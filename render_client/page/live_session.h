@@ -59,7 +59,7 @@ class LiveSession {
     std::string topic;         // there is one line for each
     std::string text;
     std::uint32_t count = 1;
-    double time_s = 0;  // simulated, when it was last said
+    std::optional<double> time_s;  // simulated, when it was last said; nothing: in a time that nobody here knows of
   };
   // Newest last.
   const std::deque<Line>& lines() const { return lines_; }
@@ -78,7 +78,7 @@ class LiveSession {
   template <class Message, class Use>
   void with(const LiveFrameReader::Message& message, const Use& use);
   void take(const LiveFrameReader::Message& message, double now_s);
-  void add_line(const std::string& topic, const std::string& text, double time_s);
+  void add_line(const std::string& topic, const std::string& text, std::optional<double> time_s);
   void say_who_serves();
   void take(const SessionEvent& event);
   void tell(const SessionEvent& event);

@@ -216,7 +216,9 @@ void LiveView::describe_lines(JsonText& json) const {
   json.key("lines").open('[');
   for (const LiveSession::Line& line : session.lines()) {
     json.open('{').key("number").value(line.number).key("text").value(line.text);
-    json.key("count").value(line.count).key("time_s").value(line.time_s).close('}');
+    json.key("count").value(line.count);
+    if (line.time_s) json.key("time_s").value(*line.time_s);
+    json.close('}');
   }
   json.close(']');
 }

@@ -135,6 +135,10 @@ class Page {
       return Boolean(found);
     })()`));
   }
+  async begin_anew() {
+    await this.click('Begin anew');
+    await this.click('Begin anew: sure?');
+  }
   // Presses, drags through the places and lets go; visit() is called at each place.
   async drag(places, pause_ms, visit = async () => {}) {
     await this.mouse('mouseMoved', ...places[0]);

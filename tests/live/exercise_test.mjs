@@ -72,7 +72,7 @@ try {
 
   await check('the next try stands beside it', async () => {
     const { step } = await page.state();
-    await page.click('Begin anew');
+    await page.begin_anew();
     await page.until('the body as it was at first', (s) => s.step < step && equal(s) && s.cuts === 0);
     await cut(page);
     await score(page, 2);

@@ -236,7 +236,7 @@ try {
     const there = await ben.until('time to go back by', (s) => s.time_s > 3);
     await ada.click('10 s back');
     await ben.until('the time before', (s) => equal(s) && s.time_s < there.time_s - 1);
-    await ada.click('Begin anew');
+    await ada.begin_anew();
     for (const page of [ada, ben])
       await page.until('the body as it was at first',
         (s) => equal(s) && s.step < paused.step && s.bodies[0].revision < paused.bodies[0].revision);

@@ -102,10 +102,26 @@ try {
     await late.close();
   });
 
+  await check('who holds nothing yet is told how to, and who watches how to take part', async () => {
+    await until('the hint', async () => (await text(ada, 'hint')) === 'To hold an instrument, press Take in hand.');
+    const late = await browser.open(session.watching);
+    await until('the hint', async () => (await text(late, 'hint')).startsWith('You are watching'));
+    await late.evaluate(`location.hash = ${JSON.stringify(new URL(session.address).hash)}`);
+    await late.until('the right to hold', (s) => s.people.find((p) => p.id === s.you)?.may_write);
+    await late.close();
+  });
+
+  await check('a pause is told at the picture', async () => {
+    await ada.click('Pause');
+    await until('the hint', async () => (await text(ada, 'hint')) === 'The session is paused.');
+    await ada.click('Go on');
+    await until('its end', async () => (await text(ada, 'hint')) !== 'The session is paused.');
+  });
+
   await check('a press where there is no body is answered', async () => {
     await ada.click('Take in hand');
     await ada.until('the scalpel in hand', (s) => s.held === 0);
-    assert.equal(await is_seen(ada, 'hint'), false);
+    await until('no hint', async () => !(await is_seen(ada, 'hint')));
     await ada.mouse('mousePressed', 5, 20, 1);  // further from the liver than a stroke may begin
     await until('the hint', () => is_seen(ada, 'hint'));
     await ada.mouse('mouseReleased', 5, 20, 0);
@@ -120,7 +136,7 @@ try {
     const stopped_ms = Date.now();
     await ada.drag(way(120, 240, 150), 60);
     const { bodies } = await ada.until('a cut', (s) => s.cuts > 5 && equal(s));
-    assert.ok((await ben.warning()).startsWith('the server has been silent for '), await ben.warning());
+    await until('the word of it', async () => (await ben.warning()).startsWith('the gateway has been silent for '));
     assert.equal((await ben.state()).bodies[0].hash, before.bodies[0].hash, 'nothing has come');
     await sleep(Math.max(0, stopped_ms + 3000 - Date.now()));
     link.go_on();
@@ -131,17 +147,17 @@ try {
       return both.every(equal) && both[0].bodies[0].revision === both[1].bodies[0].revision ? both : null;
     });
     assert.equal(a.bodies[0].hash, b.bodies[0].hash);
-    await ben.until('the word of it', (s) => line(s, 'the server was silent for '));
+    await ben.until('the word of it', (s) => line(s, 'the gateway was silent for '));
   });
 
   await check('a cut that is refused says why', async () => {
     // Templates don't go back where they have just cut.
     const scribble = (k) => Array.from({ length: 60 }, (_, i) =>
       [170 + 60 * Math.sin(i * (0.7 + 0.1 * k)), 190 + 40 * Math.cos(i * 1.1)]);
-    for (let k = 0; k < 6 && !line(await ada.state(), 'cut refused: '); ++k) await ada.drag(scribble(k), 60);
-    const refused = await ada.until('a refusal', (s) => line(s, 'cut refused: '));
+    for (let k = 0; k < 6 && !line(await ada.state(), 'scalpel, cut refused: '); ++k) await ada.drag(scribble(k), 60);
+    const refused = await ada.until('a refusal', (s) => line(s, 'scalpel, cut refused: '));
     assert.ok(refused.refused > 0);
-    await until('its line', async () => (await text(ada, 'lines')).includes(line(refused, 'cut refused: ').text));
+    await until('its line', async () => (await text(ada, 'lines')).includes(line(refused, 'scalpel, cut refused: ').text));
   });
 
   await check('a server that is late again and again is one line', async () => {
@@ -183,7 +199,7 @@ try {
     const begins = (condition) => ada.until('the beginning', (s) => s.time_s < 5 && equal(s) && condition(s.tools[0]));
     await ada.click('Freeze');
     await ada.until('a frozen scalpel', (s) => s.tools[0].frozen && s.time_s > 10);
-    await ada.click('Begin anew');
+    await ada.begin_anew();
     await begins((scalpel) => !scalpel.frozen && scalpel.holder !== 0);
     await ada.mouse('mouseMoved', 200, 150);
     await ada.until('a scalpel under the mouse', (s) => s.wish && apart(s.wish, s.tools[0].tip) < 0.05);
@@ -226,6 +242,13 @@ try {
     const [server] = session.processes('/sim_server');
     const [program, ...words] = readFileSync(`/proc/${server}/cmdline`, 'utf8').split('\0').slice(0, -1);
     process.kill(server, 'SIGSTOP');
+    await until('the warning', async () => (await text(ben, 'warning')).includes('has been silent for'));
+    const silences = line(await ben.state(), 'the server was silent for')?.count ?? 0;
+    await ben.click('Put down');
+    await ben.until('an empty hand', (s) => s.held === null);
+    await ben.click('Take in hand');
+    const held = await ben.until('the scalpel in hand again', (s) => s.held === 0);
+    assert.equal(line(held, 'the server was silent for')?.count ?? 0, silences, 'the gateway has spoken, not the server');
     const elsewhere = words.map((word) => (word === session.out ? join(word, 'other') : word));
     const other = spawn(program, elsewhere, { stdio: 'ignore' });
     await ben.until('the word of it', (s) => equal(s) && s.cuts === 0 && s.held === 0 &&

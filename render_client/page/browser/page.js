@@ -8,6 +8,7 @@ const CONNECT_MS = 5000;    // a connection that takes longer is tried again
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
+const SURE_MS = 4000;       // a second press within this time begins the session anew
 const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
 const SETTLES_MS = 2000;    // an order is under way, and what it changes isn't told yet
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
@@ -25,7 +26,7 @@ let socket = null;
 let state = null;     // what the program said last
 let refusal = '';     // reason for having no connection
 let lost_s = null;    // when the connection was lost,
-let open_s = 0;       // and when it came
+let open_s = 0;       // and when the gateway first spoke on this one
 let mute_s = null;    // time of the last word of a server that is silent
 let mute = '';        // which server that is
 // For tests: what is known, and the connection.
@@ -36,6 +37,7 @@ const call = (name, ...values) => program['_page_' + name](...values);
 // A line among what happened, in place of the one of the same topic.
 const note = (text, topic = text) => program.ccall('page_note', null, ['string', 'string'], [topic, text]);
 const clock = () => new Date().toLocaleTimeString();
+const holds = () => state !== null && state.held !== null;
 const how_long = (since_s) => `${(now() - since_s).toFixed(0)} s`;
 
 // ---- the socket ----
@@ -90,12 +92,10 @@ async function connect() {
   }
   socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`, mine);
   socket.binaryType = 'arraybuffer';
-  let was_open = false;
+  let has_spoken = false;
   const late = setTimeout(() => socket.close(), CONNECT_MS);
   socket.onopen = () => {
     clearTimeout(late);
-    refusal = '';
-    was_open = true;
     introduce();
   };
   socket.onmessage = (event) => {
@@ -105,12 +105,16 @@ async function connect() {
     // The gateway's first word has the events of late, which would push this line out.
     if (lost_s !== null) note(`connected again at ${clock()}, after ${how_long(lost_s)}`);
     lost_s = null;
+    if (has_spoken) return;
+    has_spoken = true;
+    refusal = '';
     open_s = now();
   };
   socket.onclose = ({ reason }) => {
     clearTimeout(late);
-    refusal ||= reason ? `the gateway has ended the connection: this page ${reason}` : 'the connection to the gateway is lost';
-    if (was_open) lose(reason);
+    if (reason) refusal = `the gateway has ended the connection: this page ${reason}`;
+    refusal ||= 'the connection to the gateway is lost';
+    if (has_spoken) lose(reason);
     setTimeout(connect, RETRY_MS);
   };
 }
@@ -133,9 +137,19 @@ function watch_server() {
   if (mute_s === null && silent_s > SILENT_S) {
     mute_s = now() - silent_s;
     mute = state.silent ? `the server of ${state.silent}` : 'the server';
+    ask_gateway();
   } else if (mute_s !== null && silent_s < SILENT_S) {
     note(`${mute} was silent for ${how_long(mute_s)}, until ${clock()}`, 'silence');
     mute_s = null;
+  }
+}
+
+// A gateway that doesn't answer either is what is silent.
+async function ask_gateway() {
+  try {
+    await fetch('version', { signal: AbortSignal.timeout(1000 * SILENT_S) });
+  } catch {
+    if (mute_s !== null) mute = 'the gateway';
   }
 }
 
@@ -214,7 +228,10 @@ function buttons_of(tool, index, me, names) {
   const give = others.map((p) => button('Give to ' + names.get(p.id), () => claim(index, 'give', p.id)));
   const [words, kind] = tool.frozen ? ['Thaw', 'thaw'] : ['Freeze', 'freeze'];
   const freeze = button(words, () => order(kind, { tool: index }));
-  return [own, ...(is_own || me.may_lead ? give : []), ...(me.may_lead ? [freeze] : [])];
+  const put_down = button('Have it put down', () => claim(index, 'release'));
+  const is_anothers = !is_own && tool.holder !== 0;
+  return [own, ...(is_own || me.may_lead ? give : []), ...(me.may_lead && is_anothers ? [put_down] : []),
+    ...(me.may_lead ? [freeze] : [])];
 }
 
 function order(kind, { tilt_deg = 0, speed = 1, to_s = 0, tool = 0 } = {}) {
@@ -255,12 +272,23 @@ let presses_beside = 0, hinted_ms = -Infinity;
 function hint(me) {
   if (state.presses_beside > presses_beside) hinted_ms = performance.now();
   presses_beside = state.presses_beside;
+  if (state.speed === 0 && !state.ended) return 'The session is paused.';
   const tool = state.tools[state.held];
-  if (!tool) return '';
+  if (!tool) return first_word(me);
   const until = me?.may_lead ? 'you press Thaw' : 'somebody who leads presses Thaw';
   if (tool.frozen) return `The ${tool.name} is frozen: it doesn't follow your hand until ${until}.`;
   if (another_hand_leads(tool)) return `Another hand moves the ${tool.name}.`;
   return performance.now() - hinted_ms < HINT_MS ? 'There is no body under the pointer: press on tissue.' : '';
+}
+
+// To somebody who holds nothing yet.
+let has_held = false;
+function first_word(me) {
+  has_held ||= holds();
+  if (has_held || !me || state.ended || state.tools.length === 0) return '';
+  if (!me.may_write) return 'You are watching: drag to turn the view. The whole address, with what follows #, lets you take part.';
+  const panel = document.body.classList.contains('folded') ? 'open the panel and ' : '';
+  return `To hold an instrument, ${panel}press Take in hand.`;
 }
 
 // A frozen instrument that isn't in the scene stays away.
@@ -268,7 +296,8 @@ const frozen_words = (tool) => (!tool.frozen ? '' : tool.present ? ', frozen' : 
 
 const in_line = ({ text, count, time_s }) => {
   const item = element('li', text + ' ');
-  item.append(element('span', `${count > 1 ? `${count} times, last ` : ''}at ${time_s.toFixed(1)} s`, { className: 'when' }));
+  const when = time_s === undefined ? '' : `${count > 1 ? 'last ' : ''}at ${time_s.toFixed(1)} s`;
+  item.append(element('span', [count > 1 ? `${count} times` : '', when].filter(Boolean).join(', '), { className: 'when' }));
   return item;
 };
 
@@ -319,7 +348,7 @@ function show() {
     const item = byId('tools').children[i];
     item.querySelector('.bar i').style.width = Math.min(100, 100 * tool.force_n / FULL_FORCE_N) + '%';
     item.querySelector('.force').textContent =
-      tool.force_n.toFixed(2) + ' N' + (state.held === i ? `, ${(1000 * state.depth_m).toFixed(0)} mm deep` : '');
+      tool.force_n.toFixed(2) + ' N' + (state.held === i ? `, ${(1000 * state.depth_m).toFixed(0)} mm deep (wheel)` : '');
   });
   show_list('people', JSON.stringify([state.people, state.you]), () => state.people.map((p) =>
     element('li', names.get(p.id) + (p.id === state.you ? ' (you)' : '') + (p.may_write ? '' : ', watching'))));
@@ -356,101 +385,20 @@ function show_fields() {
   if (list.value !== chosen) list.value = state.fields.includes(chosen) ? chosen : '';
 }
 
-// ---- a pad ----
-
-const PAD_IDLE = 0.12;  // share of a stick's way, which a thumb that rests may be off
-const beyond_idle = (share) =>
-  Math.abs(share) < PAD_IDLE ? 0 : (Math.sign(share) * (Math.abs(share) - PAD_IDLE)) / (1 - PAD_IDLE);
-
-// The buttons are those of the standard mapping: 0 is A, 4 and 5 are shoulders, 6 and 7 triggers.
-function push_pad() {
-  const pad = [...(navigator.getGamepads?.() ?? [])].find((p) => p?.connected);
-  if (!pad || !holds()) return;
-  const [x = 0, y = 0, roll = 0, pitch = 0] = pad.axes.map(beyond_idle);
-  const pressed = (i) => pad.buttons[i]?.value ?? 0;
-  call('pad', x, -y, pressed(6) - pressed(7), -roll, -pitch, pressed(0) > 0.5 || pressed(5) > 0.5 ? 1 : 0,
-    pressed(4) > 0.5 ? 1 : 0);
-}
-
-// ---- mouse, touch, keys ----
-
-const fingers = new Map();   // pointers that are down, by id
-let deed = '';               // what the drag does: point, orbit, pan, pinch
-
-const place = (event) => {
-  const box = canvas.getBoundingClientRect();
-  return [2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height];
-};
-const holds = () => state !== null && state.held !== null;
-
-function deed_of(event) {
-  if (event.altKey || event.button === 1) return 'orbit';
-  if (event.shiftKey) return 'pan';
-  if (holds()) return 'point';
-  return event.button === 2 ? 'pan' : 'orbit';
-}
-
-const point = (event) => call('point', ...place(event), event.buttons & 1, event.buttons & 2);
-
-canvas.addEventListener('pointerdown', (event) => {
-  canvas.focus();
-  try {
-    canvas.setPointerCapture(event.pointerId);
-  } catch { /* the pointer has gone */ }
-  fingers.set(event.pointerId, [event.clientX, event.clientY]);
-  if (fingers.size === 1) deed = deed_of(event);
-  else {
-    if (deed === 'point') call('point', ...place(event), 0, 0);
-    deed = 'pinch';
-  }
-  if (deed === 'point') point(event);
-});
-
-canvas.addEventListener('pointermove', (event) => {
-  const before = fingers.get(event.pointerId);
-  if (!before) {
-    if (holds()) point(event);
-    return;
-  }
-  const side = Math.min(0.75 * canvas.clientWidth, canvas.clientHeight);
-  const dx = (event.clientX - before[0]) / side, dy = (event.clientY - before[1]) / side;
-  if (deed === 'point') point(event);
-  else if (deed === 'orbit') call('orbit', 4 * dx, 4 * dy);
-  else if (deed === 'pan') call('pan', dx, -dy);
-  else if (deed === 'pinch') pinch(event, before, dx, dy);
-  fingers.set(event.pointerId, [event.clientX, event.clientY]);
-});
-
-function pinch(event, before, dx, dy) {
-  const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
-  if (!other) return;
-  const length = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]);
-  call('zoom', Math.max(1, length(before)) / Math.max(1, length([event.clientX, event.clientY])));
-  call('pan', 0.5 * dx, -0.5 * dy);
-}
-
-for (const kind of ['pointerup', 'pointercancel'])
-  canvas.addEventListener(kind, (event) => {
-    fingers.delete(event.pointerId);
-    if (deed === 'point') call('point', ...place(event), event.buttons & 1, event.buttons & 2);
-    if (fingers.size === 0) deed = '';
-  });
-
-canvas.addEventListener('wheel', (event) => {
-  event.preventDefault();
-  const turn = Math.max(-1, Math.min(1, (event.deltaY || event.deltaX) / 100));
-  if (holds() && !event.shiftKey) call('deepen', 0.001 * turn);
-  else call('zoom', Math.exp(0.15 * turn));
-}, { passive: false });
-canvas.addEventListener('contextmenu', (event) => event.preventDefault());
-
-const KEYS = { q: [0.1, 0], e: [-0.1, 0], r: [0, 0.1], f: [0, -0.1] };
-window.addEventListener('keydown', (event) => {
-  const turn = KEYS[event.key.toLowerCase()];
-  if (turn && !event.ctrlKey && !event.metaKey && !event.altKey && event.target.id !== 'name') call('turn', ...turn);
-});
-
 // ---- begin ----
+
+// All that has been cut is lost to everyone: the first press asks, the second one does it.
+let asked_ms = -Infinity;
+function begin_anew() {
+  const is_sure = performance.now() - asked_ms < SURE_MS;
+  asked_ms = is_sure ? -Infinity : performance.now();
+  if (is_sure) order('begin_anew');
+  say_anew();
+  if (!is_sure) setTimeout(say_anew, SURE_MS + 1);
+}
+const say_anew = () => {
+  byId('anew').textContent = performance.now() - asked_ms < SURE_MS ? 'Begin anew: sure?' : 'Begin anew';
+};
 
 // The panel is folded while the screen is small, until somebody says otherwise.
 const small = matchMedia('(max-width: 600px)');
@@ -458,6 +406,7 @@ function fold(folded) {
   document.body.classList.toggle('folded', folded);
   byId('fold').textContent = folded ? 'Panel' : 'Hide';
   byId('fold').setAttribute('aria-expanded', !folded);
+  if (program) call('resize', ...pixel_size());
 }
 
 function fold_as_left() {
@@ -491,7 +440,7 @@ async function begin() {
   byId('field').onchange = () => program.ccall('page_field', null, ['string'], [byId('field').value]);
   byId('home').onclick = () => call('reset_camera');
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
-  byId('anew').onclick = () => order('begin_anew');
+  byId('anew').onclick = begin_anew;
   byId('score').onclick = () => order('tell_score');
   byId('back').onclick = () => order('seek', { to_s: Math.max(0, state.time_s - BACK_S) });
   for (const id of ['moment', 'speed', 'tilt']) byId(id).oninput = () => used_ms.set(id, performance.now());
@@ -501,6 +450,8 @@ async function begin() {
   window.onresize = () => call('resize', ...pixel_size());
   // Pictures stop where nobody sees them; the replica and the hand go on.
   setInterval(() => { if (performance.now() - last_tick_ms > KEEP_ALIVE_MS) tick(false); }, KEEP_ALIVE_MS);
+  // The whole address, opened where the page is open without its token, changes this part alone.
+  window.onhashchange = introduce;
   connect();
   requestAnimationFrame(animate);
 }

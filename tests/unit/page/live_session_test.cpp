@@ -11,6 +11,8 @@ namespace sectio::page_test {
 namespace {
 
 static_assert(kCutRefused == static_cast<std::uint8_t>(EventKind::cut_refused));
+static_assert(kCutEnded == static_cast<std::uint8_t>(EventKind::cut_ended));
+static_assert(kReleased == static_cast<std::uint8_t>(EventKind::released));
 static_assert(kBodySplit == static_cast<std::uint8_t>(EventKind::body_split));
 static_assert(kStepOverrun == static_cast<std::uint8_t>(EventKind::step_overrun));
 static_assert(kGravityTurned == static_cast<std::uint8_t>(EventKind::gravity_turned));
@@ -37,6 +39,7 @@ struct LiveSessionTest : testing::Test {
     scene.session = "theatre";
     scene.world_bodies = {"liver", "kidney"};
     scene.bodies = {{.name = body}};
+    scene.tools = {{"scalpel", "scalpel"}};
     hear(LiveKind::scene, scene);
   }
   void report(std::uint64_t epoch, std::uint64_t cuts) {
@@ -62,6 +65,24 @@ TEST_F(LiveSessionTest, holds_the_lines_of_the_score_that_was_told_last) {
   EXPECT_EQ(session.score(), std::vector<std::string>{"line cut 90 %"});
 }
 
+TEST_F(LiveSessionTest, forgets_the_score_of_a_session_that_begins_anew) {
+  announce(1, "liver");
+  tell(5, kScoreTold, "line cut 50 %");
+  announce(1, "liver");
+  EXPECT_EQ(session.score().size(), 1);
+  announce(2, "liver");
+  EXPECT_TRUE(session.score().empty());
+}
+
+TEST_F(LiveSessionTest, says_of_which_instrument_it_tells_and_when) {
+  tell(5000, kCutEnded, "it was lifted out");
+  EXPECT_FALSE(session.lines().back().time_s) << "how long its steps are isn't known yet";
+  announce(1, "liver");
+  tell(6000, kCutEnded, "it was lifted out");
+  EXPECT_EQ(session.lines().back().text, "scalpel, cut ended: it was lifted out");
+  EXPECT_EQ(session.lines().back().time_s, 6.0);
+}
+
 TEST_F(LiveSessionTest, counts_what_is_told_again_in_one_line) {
   announce(1, "liver");
   tell(1000, kCutRefused, "too thin");
@@ -69,12 +90,13 @@ TEST_F(LiveSessionTest, counts_what_is_told_again_in_one_line) {
     tell(step, kStepOverrun, "slowed: " + std::to_string(step) + " ms behind");
   tell(3000, kCutRefused, "the body is frozen");
   tell(4000, kCutRefused, "too thin");
-  EXPECT_EQ(texts(), (std::vector<std::string>{"pace of the server slowed: 2049 ms behind",
-                                               "cut refused: the body is frozen", "cut refused: too thin"}));
+  EXPECT_EQ(texts(),
+            (std::vector<std::string>{"pace of the server slowed: 2049 ms behind",
+                                      "scalpel, cut refused: the body is frozen", "scalpel, cut refused: too thin"}));
   EXPECT_EQ(session.lines()[0].count, 50U);
-  EXPECT_NEAR(session.lines()[0].time_s, 2.049, 1e-9);
+  EXPECT_NEAR(*session.lines()[0].time_s, 2.049, 1e-9);
   EXPECT_EQ(session.lines()[2].count, 2U);
-  EXPECT_NEAR(session.lines()[2].time_s, 4, 1e-9);
+  EXPECT_NEAR(*session.lines()[2].time_s, 4, 1e-9);
 }
 
 TEST_F(LiveSessionTest, keeps_a_status_of_each_server) {
