@@ -39,19 +39,20 @@ bool is_opposite(const TriangleMesh& mesh, VertexId v, TriangleId t) {
   return t != kNone && is_wall(mesh, t) && !has_corner(mesh.triangle(t), v);
 }
 
-// The mean normal of the walls at a vertex, at rest.
-Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
-  Vec3 area = Vec3::Zero();
+// The normals of the walls at a vertex, at rest. In a ridge none of the walls faces as their mean does.
+std::vector<Vec3> wall_normals(const TriangleMesh& mesh, VertexId v) {
+  std::vector<Vec3> normals;
   for (const TriangleId t : mesh.fan(v))
-    if (is_wall(mesh, t)) area += area_of(corners_at_rest(mesh, t));
-  return area.stableNormalized();
+    if (is_wall(mesh, t)) normals.push_back(area_of(corners_at_rest(mesh, t)).stableNormalized());
+  return normals;
 }
 
-// Whether a place at rest, of a wall with this normal, is before these corners, which face it.
-bool is_before(const Corners& c, const Vec3& at_rest, const Vec3& normal) {
+// Whether a place at rest, of walls with these normals, is before these corners, which face one of them.
+bool is_before(const Corners& c, const Vec3& at_rest, std::span<const Vec3> normals) {
   const Vec3 facing = area_of(c).stableNormalized();
   const double before_m = (at_rest - c[0]).dot(facing);
-  return normal.dot(facing) < kFacing && before_m > -kBehindAtRest_m && before_m < kApartAtRest_m;
+  return before_m > -kBehindAtRest_m && before_m < kApartAtRest_m &&
+         std::ranges::any_of(normals, [&](const Vec3& normal) { return normal.dot(facing) < kFacing; });
 }
 
 }  // namespace
@@ -78,7 +79,7 @@ void LipFinder::follow(const TriangleMesh& mesh, std::span<const VertexId> chang
   }
 }
 
-void LipFinder::search(const TriangleMesh& mesh) {
+void LipFinder::search(const SharedBody& body) {
   for (int i = 0; i < kSearches; ++i) {
     VertexId v = kNone;
     while (!waiting_.empty() && v == kNone) {
@@ -96,41 +97,66 @@ void LipFinder::search(const TriangleMesh& mesh) {
     Lip& lip = lips_.at(v);
     lip.waits = false;
     lip.pause = 0;
-    search_opposite(mesh, v, lip);
+    search_opposite(body, v, lip);
   }
 }
 
-void LipFinder::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) {
+// The walls that are nearest at rest, and the one to which the vertex has slid.
+void LipFinder::search_opposite(const SharedBody& body, VertexId v, Lip& lip) {
+  const TriangleMesh& mesh = body.mesh;
   const Vec3& at = mesh.rest_body_m(v);
-  const Vec3 normal = wall_normal(mesh, v);
+  const std::vector<Vec3> normals = wall_normals(mesh, v);
   seen_.resize(mesh.triangle_slots(), 0);
   ++round_;
-  std::vector<std::pair<double, TriangleId>> found;
+  using Found = std::pair<double, TriangleId>;
+  std::vector<Found> found;
   walls_.near(mesh, at, [&](TriangleId t) {
     if (std::exchange(seen_[t], round_) == round_) return;
     const Corners c = corners_at_rest(mesh, t);
-    if (has_corner(mesh.triangle(t), v) || !is_before(c, at, normal)) return;
+    if (has_corner(mesh.triangle(t), v) || !is_before(c, at, normals)) return;
     const double away = closest_on_triangle(at, c).squared_distance;
     if (away < kAside_m * kAside_m) found.emplace_back(away, t);
   });
   std::ranges::sort(found);
+  found.resize(std::min(found.size(), kOpposite));
+  const TriangleId slid_to = nearest_opposite(body, v, lip).triangle;
+  const bool is_found = slid_to == kNone || std::ranges::find(found, slid_to, &Found::second) != found.end();
+  if (!is_found && found.size() == kOpposite) found.pop_back();
+  if (!is_found) found.emplace_back(0, slid_to);
   lip.opposite.fill(kNone);
-  for (std::size_t i = 0; i < std::min(found.size(), kOpposite); ++i) lip.opposite[i] = found[i].second;
+  for (std::size_t i = 0; i < found.size(); ++i) lip.opposite[i] = found[i].second;
+}
+
+// The nearest of a vertex's opposite triangles.
+LipFinder::Opposite LipFinder::nearest_opposite(const SharedBody& body, VertexId v, const Lip& lip) {
+  const Vec3 at = body.particles.view().position(v);
+  Opposite on;
+  double nearest = kDeepest_m * kDeepest_m;
+  for (const TriangleId t : lip.opposite) {
+    if (!is_opposite(body.mesh, v, t)) continue;
+    const Corners corners = corners_now(body, t);
+    const ClosestPoint closest = closest_on_triangle(at, corners);
+    if (closest.squared_distance >= nearest) continue;
+    nearest = closest.squared_distance;
+    on = {t, closest.bary, at - closest.point, area_of(corners).stableNormalized()};
+  }
+  return on;
 }
 
 // A vertex that has slid past the border of its nearest wall goes on to the neighbour that is nearer, which takes the
 // place of the furthest wall.
-void LipFinder::slide(const SharedBody& body, VertexId v, TriangleId on, double nearest, Lip& lip) {
-  const Vec3 at = body.particles.view().position(v), normal = wall_normal(body.mesh, v);
+void LipFinder::slide(const SharedBody& body, VertexId v, const Opposite& on, Lip& lip) {
+  const Vec3 at = body.particles.view().position(v);
+  const std::vector<Vec3> normals = wall_normals(body.mesh, v);
   const auto squared_distance = [&](TriangleId t) {
     return closest_on_triangle(at, corners_now(body, t)).squared_distance;
   };
   const auto order = [&](TriangleId t) {
     return is_opposite(body.mesh, v, t) ? squared_distance(t) : std::numeric_limits<double>::infinity();
   };
-  for (const TriangleId t : body.mesh.neighbours(on)) {
-    if (std::ranges::find(lip.opposite, t) != lip.opposite.end() || order(t) >= nearest) continue;
-    if (is_before(corners_at_rest(body.mesh, t), body.mesh.rest_body_m(v), normal))
+  for (const TriangleId t : body.mesh.neighbours(on.triangle)) {
+    if (std::ranges::find(lip.opposite, t) != lip.opposite.end() || order(t) >= on.away_m.squaredNorm()) continue;
+    if (is_before(corners_at_rest(body.mesh, t), body.mesh.rest_body_m(v), normals))
       *std::ranges::max_element(lip.opposite, {}, order) = t;
   }
 }
@@ -139,44 +165,30 @@ void LipFinder::slide(const SharedBody& body, VertexId v, TriangleId on, double 
 void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
                              std::vector<BodyContact>& contacts) {
   if (lip.pause > 0) return void(--lip.pause);
-  const Vec3 at = body.particles.view().position(v);
-  double nearest = kDeepest_m * kDeepest_m;
-  TriangleId on = kNone;
-  ClosestPoint best;
-  Vec3 facing = Vec3::Zero();
-  for (const TriangleId t : lip.opposite) {
-    if (!is_opposite(body.mesh, v, t)) continue;
-    const Corners corners = corners_now(body, t);
-    const ClosestPoint closest = closest_on_triangle(at, corners);
-    if (closest.squared_distance >= nearest) continue;
-    nearest = closest.squared_distance;
-    best = closest;
-    facing = area_of(corners).stableNormalized();
-    on = t;
+  const Opposite on = nearest_opposite(body, v, lip);
+  const double nearest_m = on.triangle == kNone ? kDeepest_m : on.away_m.norm(), above_m = on.away_m.dot(on.facing);
+  if (on.triangle == kNone || above_m > kReach_m) {  // a vertex that is behind a lip is pushed in each step
+    lip.pause = static_cast<std::uint8_t>(std::min(kLongestPause, nearest_m / (kFast_m_per_s * step_s)));
+    return;
   }
-  lip.pause = static_cast<std::uint8_t>(std::min(kLongestPause, std::sqrt(nearest) / (kFast_m_per_s * step_s)));
-  if (on == kNone) return;
-  const Vec3 away = at - best.point;
-  const double above_m = away.dot(facing);
-  if (above_m > kReach_m) return;
-  if (std::abs(above_m) < 0.7 * away.norm()) return slide(body, v, on, nearest, lip);  // beside the triangle
-  const Corners rest = corners_at_rest(body.mesh, on);
-  const Vec3 rest_point = best.bary[0] * rest[0] + best.bary[1] * rest[1] + best.bary[2] * rest[2];
+  if (std::abs(above_m) < 0.7 * nearest_m) return slide(body, v, on, lip);  // beside the triangle
+  const Corners rest = corners_at_rest(body.mesh, on.triangle);
+  const Vec3 rest_point = on.bary[0] * rest[0] + on.bary[1] * rest[1] + on.bary[2] * rest[2];
   const double at_rest_m = (body.mesh.rest_body_m(v) - rest_point).dot(area_of(rest).stableNormalized());
 
   BodyContact contact;
-  contact.point_world_m = at;
-  contact.normal_world = facing;
+  contact.point_world_m = body.particles.view().position(v);
+  contact.normal_world = on.facing;
   contact.friction = 0;  // lips are wet
   contact.depth_m = std::min(0.0, at_rest_m) - above_m;
   contact.one = side_at(0, v);
-  contact.other = {0, body.mesh.triangle(on).v, best.bary};
+  contact.other = {0, body.mesh.triangle(on.triangle).v, on.bary};
   contacts.push_back(contact);
 }
 
 void LipFinder::find(const SharedBody& body, double step_s, std::vector<BodyContact>& contacts) {
   if (lips_.empty()) return;
-  search(body.mesh);
+  search(body);
   for (auto& [v, lip] : lips_) find_contact(body, v, lip, step_s, contacts);
 }
 

@@ -51,9 +51,16 @@ class LipFinder {
     }
   };
 
-  void search(const TriangleMesh& mesh);
-  void search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip);
-  static void slide(const SharedBody& body, VertexId v, TriangleId on, double nearest, Lip& lip);
+  // Where a vertex is over or under its nearest opposite triangle; kNone: nowhere near.
+  struct Opposite {
+    TriangleId triangle = kNone;
+    Vec3 bary = Vec3::Zero(), away_m = Vec3::Zero(), facing = Vec3::Zero();
+  };
+
+  void search(const SharedBody& body);
+  void search_opposite(const SharedBody& body, VertexId v, Lip& lip);
+  static Opposite nearest_opposite(const SharedBody& body, VertexId v, const Lip& lip);
+  static void slide(const SharedBody& body, VertexId v, const Opposite& on, Lip& lip);
   static void find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
                            std::vector<BodyContact>& contacts);
 

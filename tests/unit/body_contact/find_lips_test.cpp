@@ -73,6 +73,37 @@ TEST(Lips, are_found_where_their_walls_hang_together_nowhere) {
   EXPECT_TRUE(tissue.contacts(finder).empty()) << "apart";
 }
 
+TEST(Lips, are_pushed_apart_in_each_step_that_they_are_in_each_other) {
+  SlabOnItsBed tissue;
+  LipFinder finder;
+  finder.follow(tissue.mesh, tissue.vertices());
+  for (std::size_t step = 0; step < tissue.mesh.vertex_slots(); ++step) tissue.contacts(finder);
+  tissue.move_slab({0, 0, -0.002});
+  for (int step = 0; step < 8; ++step) tissue.contacts(finder);  // none pauses still
+  const std::size_t deep = tissue.contacts(finder).size();
+  ASSERT_GT(deep, 0);
+  for (int step = 0; step < 8; ++step) EXPECT_EQ(tissue.contacts(finder).size(), deep);
+}
+
+TEST(Lips, keep_the_walls_to_which_they_have_slid) {
+  SlabOnItsBed tissue;
+  LipFinder finder;
+  finder.follow(tissue.mesh, tissue.vertices());
+  const auto rest = [&] {  // so long that each vertex is searched for once more
+    for (std::size_t step = 0; step < tissue.mesh.vertex_slots(); ++step) tissue.contacts(finder);
+    return tissue.contacts(finder).size();
+  };
+  rest();
+  constexpr double kSunk_m = 3e-4;
+  tissue.move_slab({0, 0, -kSunk_m});
+  const std::size_t before = rest();
+  for (double slid_m = 0; slid_m < 0.012; slid_m += 2e-4) {
+    tissue.move_slab({slid_m, 0, -kSunk_m});
+    tissue.contacts(finder);
+  }
+  EXPECT_GT(rest(), before * 7 / 10) << "a fifth of the slab is beyond its bed";
+}
+
 TEST(Lips, follow_walls_that_change) {
   SlabOnItsBed tissue;
   LipFinder finder;
