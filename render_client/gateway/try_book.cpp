@@ -66,8 +66,7 @@ bool TryBook::has_touched() const {
 
 void TryBook::feed(const SessionEvent& message) {
   if (message.kind != kScoreTold || message.epoch != epoch_ || task_.empty()) return;
-  if (message.step != scored_at_) score_.clear();
-  scored_at_ = message.step;
+  if (const std::pair at(message.epoch, message.step); std::exchange(scored_at_, at) != at) score_.clear();
   if (score_.size() < kMostLines) score_.push_back(message.text);
   has_news_ = true;
 }

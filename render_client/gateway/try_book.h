@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/messages/contact.h"
@@ -60,8 +61,8 @@ class TryBook {
   std::uint64_t begun_us_ = 0;  // since 1970
   double every_s_ = kEvery_s, next_s_ = 0;
   std::vector<std::string> task_, score_;
-  std::uint64_t scored_at_ = 0;  // step
-  bool is_new_epoch_ = false;    // and its first state isn't here yet
+  std::pair<std::uint64_t, std::uint64_t> scored_at_{0, 0};  // epoch and step
+  bool is_new_epoch_ = false;                                // and its first state isn't here yet
   std::vector<Moment> moments_;
   std::map<std::uint32_t, double> forces_n_;  // by tool: the most since the last moment
   std::set<std::string> hands_;               // all who have held an instrument

@@ -23,6 +23,8 @@ void describe_place(JsonText& json, const char* name, const Vec3& place) {
   json.key(name).open('[').value(place.x()).value(place.y()).close(']');
 }
 
+constexpr double kBack_s = 0.5;  // servers of one session are less far apart
+
 }  // namespace
 
 bool LiveView::snips(std::uint32_t tool_id) const {
@@ -31,7 +33,9 @@ bool LiveView::snips(std::uint32_t tool_id) const {
 }
 
 bool LiveView::tick(double now_s) {
+  const double before_s = frame_.sim_time_s;
   const bool fresh = session.frame(now_s, frame_);
+  if (fresh && frame_.sim_time_s < before_s - kBack_s) hand_.lift();  // other tissue is under it now
   if (fresh && first_view_ != session.world().scene()->camera) {
     first_view_ = session.world().scene()->camera;
     camera_ = OrbitCamera(*first_view_);

@@ -42,18 +42,20 @@ std::optional<MouseHand::Contact> MouseHand::contact_beside(const Ray& ray) cons
 
 void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& right_world) {
   closes_ = pointer.closes;
-  const bool was_down = std::exchange(button_is_down_, pointer.pressed);
-  const bool was_any_down = std::exchange(any_is_down_, pointer.pressed || pointer.closes);
-  if (pressed_ && !pointer.pressed) {  // it is lifted where it is, wherever the pointer has gone
+  is_lifted_ = is_lifted_ && pointer.pressed;
+  const bool presses = pointer.pressed && !is_lifted_;
+  const bool was_down = std::exchange(button_is_down_, presses);
+  const bool was_any_down = std::exchange(any_is_down_, presses || pointer.closes);
+  if (pressed_ && !presses) {  // it is lifted where it is, wherever the pointer has gone
     pressed_ = false;
     return;
   }
   if (!was_any_down || !any_is_down_) shot_ = shot_of(frame);
   const std::optional<Hit> hit = pick(pointer.ray, shot_);
   std::optional<Contact> next = hit || pressed_ ? std::nullopt : contact_beside(pointer.ray);
-  if (pointer.pressed && !was_down && !hit && !next) ++presses_beside_;
+  if (presses && !was_down && !hit && !next) ++presses_beside_;
   if (!next) next = contact_at(pointer.ray, hit);
-  pressed_ = pointer.pressed && next;
+  pressed_ = presses && next;
   if (!next) return;
   if (!has_ahead_) ahead_world_ = right_world;
   has_ahead_ = true;
@@ -75,6 +77,11 @@ void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& ri
   contact_ = Contact{next->point_world_m, normal};
   const Vec3 flat = across(ahead_world_, normal);
   ahead_world_ = flat.norm() > 1e-3 ? flat.normalized() : normal.unitOrthogonal();
+}
+
+void MouseHand::lift() {
+  is_lifted_ = is_lifted_ || button_is_down_;
+  pressed_ = false;
 }
 
 void MouseHand::deepen(double by_m) {

@@ -42,6 +42,8 @@ class MouseHand {
 
   // `right_world`: where the edge points at first.
   void point(const Pointer& pointer, const Frame& frame, const Vec3& right_world);
+  // The tip rises. A button that is down counts again once it has been up.
+  void lift();
   void deepen(double by_m);
   void roll(double by_rad) { roll_rad_ += by_rad; }
   void pitch(double by_rad);
@@ -70,7 +72,7 @@ class MouseHand {
   std::optional<Vec3> begins_at_m_;  // the place at which the button went down
   bool has_begun_ = false;           // the stroke has a direction
   bool pressed_ = false, closes_ = false;
-  bool button_is_down_ = false, any_is_down_ = false;
+  bool button_is_down_ = false, any_is_down_ = false, is_lifted_ = false;
   unsigned presses_beside_ = 0;
   double depth_m_ = kDefaultDepth_m;
   double height_m_ = kHover_m;  // the tip, above the contact

@@ -51,7 +51,7 @@ class LipFinder {
     }
   };
 
-  // Where a vertex is over or under its nearest opposite triangle; kNone: nowhere near.
+  // The nearest opposite triangle, which a vertex is over or under; kNone: none is near.
   struct Opposite {
     TriangleId triangle = kNone;
     Vec3 bary = Vec3::Zero(), away_m = Vec3::Zero(), facing = Vec3::Zero();

@@ -65,7 +65,7 @@ TEST_F(Theatre, who_only_watches_neither_holds_nor_is_given_anything) {
   EXPECT_EQ(roles.holder(0), ada);
   EXPECT_EQ(act(ada, ClaimAction::give, ben), "");
   EXPECT_EQ(roles.holder(0), ben);
-  EXPECT_NE(act(ada, ClaimAction::release), "");
+  EXPECT_NE(act(eve, ClaimAction::release), "");
 }
 
 TEST_F(Theatre, a_wrong_token_watches) {

@@ -97,6 +97,20 @@ TEST_F(Mouse, is_lifted_where_it_is_when_the_button_is_let_go_elsewhere) {
   EXPECT_LT((hand.wish()->position_m - in_tissue).norm(), 0.02);
 }
 
+TEST_F(Mouse, lets_go_of_tissue_that_is_as_it_was_until_its_button_is_pressed_anew) {
+  move(0.02, 0.01, true);
+  wait(0.5);
+  hand.lift();
+  move(0.03, 0.01, true);
+  wait(0.5);
+  EXPECT_FALSE(hand.pressed());
+  EXPECT_NEAR(height_m(), MouseHand::kHover_m, 5e-4);
+  move(0.03, 0.01, false);
+  move(0.03, 0.01, true);
+  wait(0.5);
+  EXPECT_NEAR(height_m(), -MouseHand::kDefaultDepth_m, 5e-4);
+}
+
 // The pointer is over the piece that the jaws hold: a hand that hovered over it would climb with it.
 TEST_F(Mouse, lifts_what_closed_jaws_hold_and_does_not_climb_with_it) {
   move(0.02, 0.01, true);

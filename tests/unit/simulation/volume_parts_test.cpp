@@ -210,7 +210,7 @@ TEST(VolumeParts, can_be_cut_again) {
   EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
 }
 
-// What lies between the blades is divided, wherever their bisector meets it: the lower blade came from beneath it.
+// Tissue between the blades is divided wherever their bisector meets it: the lower blade came from beneath it.
 TEST(VolumeParts, scissors_divide_a_vessel_between_their_blades) {
   const Vec3 forward = Vec3(0.9659, 0, -0.2588).normalized(), down = Vec3(-0.2588, 0, -0.9659).normalized();
   Mat3 in_tool, in_world;  // the blades close in a level plane
