@@ -91,7 +91,8 @@ std::vector<std::string> equals_server(const std::vector<BodyVersion>& versions,
                                        const std::vector<Equality::OfBody>& so_far) {
   std::vector<std::string> words;
   for (std::size_t b = 0; b < versions.size(); ++b) {
-    std::optional<bool> equal = b < so_far.size() ? so_far[b].equal : std::nullopt;
+    std::optional<bool> equal;
+    if (b < so_far.size() && so_far[b].revision == versions[b].revision) equal = so_far[b].equal;
     if (end && b < end->bodies.size()) equal = versions[b] == end->bodies[b];
     words.emplace_back(!equal ? "unknown" : *equal ? "yes" : "no");
   }

@@ -60,6 +60,7 @@ constexpr std::uint8_t kStepOverrun = 7;
 constexpr std::uint8_t kBodySplit = 9;
 constexpr std::uint8_t kReleased = 12;
 constexpr std::uint8_t kGravityTurned = 15;
+constexpr std::uint8_t kBegunAnew = 25;
 constexpr std::uint8_t kScoreTold = 26;  // a line of the score
 constexpr std::uint8_t kDidNotCut = 28;
 

@@ -17,8 +17,6 @@ namespace sectio {
 
 namespace {
 
-constexpr double kBeginning_s = 1;  // a session whose first state comes later than this in simulated time goes on
-
 void write(JsonText& json, const char* key, const auto& lines) {
   json.key(key).open('[');
   for (const std::string& line : lines) json.value(line);
@@ -36,36 +34,45 @@ void TryBook::keep_in(const std::string& directory) {
 
 void TryBook::feed(const SceneInfo& message) {
   if (message.task.empty() || message.epoch == epoch_) return;
-  is_new_epoch_ = same_session(message.epoch, epoch_) && message.task == task_;
+  const bool goes_on = same_session(message.epoch, epoch_) && message.task == task_;
   epoch_ = message.epoch;
-  if (is_new_epoch_) return;  // its first state tells whether it goes on
+  next_s_ = 0;
+  forces_n_.clear();
+  if (goes_on) return;
   begin();
+  moments_.clear();
   task_ = message.task;
   tools_.clear();
   for (const ToolInfo& tool : message.tools) tools_.push_back(tool.name);
 }
 
+bool TryBook::presses(const Moment& moment) {
+  return std::ranges::any_of(moment.places, [](const Place& place) { return place.force_n > 0; });
+}
+
+// With the moments of the newest epoch.
 void TryBook::begin() {
   begun_us_ = microseconds_since_1970();
   every_s_ = kEvery_s;
-  next_s_ = 0;
   score_.clear();
-  moments_.clear();
   hands_.clear();
+  std::erase_if(moments_, [&](const Moment& moment) { return moment.epoch != epoch_; });
+  has_touched_ = std::ranges::any_of(moments_, presses);
 }
 
-void TryBook::go_on_from(double time_s) {
-  std::erase_if(moments_, [&](const Moment& moment) { return moment.time_s > time_s; });
-  next_s_ = time_s;
-}
-
-bool TryBook::has_touched() const {
-  const auto presses = [](const Place& place) { return place.force_n > 0; };
-  return std::ranges::any_of(moments_, [&](const Moment& m) { return std::ranges::any_of(m.places, presses); });
+// The session has gone back in time: moments of former epochs after the first one of this epoch haven't been.
+void TryBook::forget_what_comes_later() {
+  const auto first = std::ranges::find(moments_, epoch_, &Moment::epoch);
+  if (first == moments_.end() || first == moments_.begin() || std::prev(first)->time_s <= first->time_s) return;
+  const double time_s = first->time_s;
+  std::erase_if(moments_, [&](const Moment& moment) { return moment.epoch != epoch_ && moment.time_s > time_s; });
 }
 
 void TryBook::feed(const SessionEvent& message) {
-  if (message.kind != kScoreTold || message.epoch != epoch_ || task_.empty()) return;
+  begins_anew_ |= message.kind == kBegunAnew && message.epoch == epoch_;
+  const bool is_of_this =
+      same_session(message.epoch, epoch_);  // a server tells the score of the term that it ends, too
+  if (message.kind != kScoreTold || !is_of_this || task_.empty()) return;
   if (const std::pair at(message.epoch, message.step); std::exchange(scored_at_, at) != at) score_.clear();
   if (score_.size() < kMostLines) score_.push_back(message.text);
   has_news_ = true;
@@ -79,12 +86,12 @@ void TryBook::feed(const ContactMessage& message) {
 
 void TryBook::feed(const StateHeader& message) {
   if (message.epoch != epoch_ || task_.empty()) return;
-  if (std::exchange(is_new_epoch_, false)) message.sim_time_s < kBeginning_s ? begin() : go_on_from(message.sim_time_s);
   if (message.sim_time_s < next_s_) return;
   next_s_ = message.sim_time_s + every_s_;
-  Moment& moment = moments_.emplace_back(message.sim_time_s);
+  Moment& moment = moments_.emplace_back(epoch_, message.sim_time_s);
   for (std::uint32_t t = 0; t < message.tools.size(); ++t)
     moment.places.push_back({message.tools[t].pose_world.position_m, forces_n_[t], message.tools[t].present});
+  has_touched_ |= presses(moment);
   forces_n_.clear();
   if (moments_.size() < kMostPlaces) return;
   for (std::size_t i = 0; 2 * i < moments_.size(); ++i) moments_[i] = std::move(moments_[2 * i]);
@@ -94,8 +101,10 @@ void TryBook::feed(const StateHeader& message) {
 
 void TryBook::tick(const std::vector<std::string>& hands) {
   hands_.insert(hands.begin(), hands.end());
-  if (has_news_ && !directory_.empty() && has_touched()) keep();
-  has_news_ = false;
+  const bool begins_anew = std::exchange(begins_anew_, false);
+  if (!begins_anew) forget_what_comes_later();
+  if (std::exchange(has_news_, false) && !directory_.empty() && has_touched_) keep();
+  if (begins_anew) begin();
 }
 
 void TryBook::keep() const {
@@ -126,7 +135,7 @@ std::string TryBook::try_as_json() const {
   for (std::uint32_t t = 0; t < tools_.size(); ++t) {
     json.open('{').key("name").value(tools_[t]).key("at_mm").open('[');
     const auto in_mm = [](double m) { return 0.1 * std::round(1e4 * m); };
-    for (const auto& [time_s, places] : moments_) {
+    for (const auto& [epoch, time_s, places] : moments_) {
       if (t >= places.size() || !places[t].present) {
         json.null();
         continue;
@@ -135,7 +144,7 @@ std::string TryBook::try_as_json() const {
       json.open('[').value(in_mm(at_m.x())).value(in_mm(at_m.y())).value(in_mm(at_m.z())).close(']');
     }
     json.close(']').key("force_n").open('[');
-    for (const auto& [time_s, places] : moments_)
+    for (const auto& [epoch, time_s, places] : moments_)
       json.value(t < places.size() ? 1e-3 * std::round(1e3 * places[t].force_n) : 0.0);
     json.close(']').close('}');
   }
@@ -157,7 +166,7 @@ std::string TryBook::json() const {
         text.back() == '}')
       tries.push_back(std::move(text));
   }
-  if (directory_.empty() && !score_.empty() && has_touched()) tries.push_back(try_as_json());
+  if (directory_.empty() && !score_.empty() && has_touched_) tries.push_back(try_as_json());
   std::string all = "[";
   for (std::size_t i = tries.size() - std::min(tries.size(), kMostTriesShown); i < tries.size(); ++i)
     all += (all.size() > 1 ? "," : "") + tries[i];

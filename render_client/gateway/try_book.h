@@ -25,8 +25,8 @@ class TryBook {
   // Empty: nothing is kept. Throws InputError when there can be no such directory.
   void keep_in(const std::string& directory);
 
-  // A task that is told begins a try, or goes on with the one before: a session that goes back in time, or that another
-  // server takes over, has a new epoch and the same hands.
+  // A task that is told begins a try. A session that goes back in time, or that another server takes over, has a new
+  // epoch, and goes on with its try; one that begins anew says so by an event.
   void feed(const SceneInfo& message);
   void feed(const StateHeader& message);
   void feed(const ContactMessage& message);
@@ -44,13 +44,14 @@ class TryBook {
     bool present = false;
   };
   struct Moment {
+    std::uint64_t epoch = 0;
     double time_s = 0;          // simulated
     std::vector<Place> places;  // one a tool
   };
 
+  static bool presses(const Moment& moment);
   void begin();
-  void go_on_from(double time_s);
-  bool has_touched() const;
+  void forget_what_comes_later();
   void keep() const;
   std::string try_as_json() const;
   std::string task_as_json() const;
@@ -62,7 +63,8 @@ class TryBook {
   double every_s_ = kEvery_s, next_s_ = 0;
   std::vector<std::string> task_, score_;
   std::pair<std::uint64_t, std::uint64_t> scored_at_{0, 0};  // epoch and step
-  bool is_new_epoch_ = false;                                // and its first state isn't here yet
+  bool begins_anew_ = false;                                 // a server has said so
+  bool has_touched_ = false;                                 // an instrument, a body
   std::vector<Moment> moments_;
   std::map<std::uint32_t, double> forces_n_;  // by tool: the most since the last moment
   std::set<std::string> hands_;               // all who have held an instrument

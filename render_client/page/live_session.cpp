@@ -60,7 +60,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<SceneInfo>(message, [&](const SceneInfo& scene) {
         world_.announce(scene);
         if (!scene.task.empty()) task_ = scene.task;
-        if (!world_.knows(scored_at_.first)) score_.clear();  // a session that begins anew has none
+        if (!world_.knows(scored_at_.first)) score_.clear();
         const auto is_gone = [&](const auto& each) { return !world_.knows(each.first); };
         std::erase_if(statuses_, is_gone);
         std::erase_if(heard_s_, is_gone);
@@ -109,6 +109,9 @@ void LiveSession::take(const SessionEvent& event) {
   const auto is_known = [&](const SessionEvent& e) { return e.epoch == event.epoch && is_same_event(e, event); };
   const bool is_of_another = world_.knows(event.epoch) && !world_.shows(event.epoch);
   if (is_of_another || std::ranges::any_of(heard_, is_known)) return;
+  const auto has_taken_over = [&](const auto& server) { return takes_over(server.first, event.epoch); };
+  if (event.kind == kScoreTold && std::ranges::any_of(world_.body_counts(), has_taken_over))
+    return;  // a former try had it
   heard_.push_back(event);
   if (heard_.size() > kMostHeard) heard_.pop_front();
   if (event.text.empty()) return;
@@ -116,6 +119,7 @@ void LiveSession::take(const SessionEvent& event) {
   if (scored_at_ != std::pair(event.epoch, event.step)) score_.clear();
   scored_at_ = {event.epoch, event.step};
   if (score_.size() < kMostScoreLines) score_.push_back(event.text);
+  ++score_lines_heard_;
 }
 
 void LiveSession::tell(const SessionEvent& event) {

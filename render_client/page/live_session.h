@@ -68,6 +68,7 @@ class LiveSession {
   void note(const std::string& text) { note(text, text); }
   // The score that was told last, line by line.
   const std::vector<std::string>& score() const { return score_; }
+  std::uint64_t score_lines_heard() const { return score_lines_heard_; }
   // The exercise, line by line: what to do, and what is expected.
   const std::vector<std::string>& task() const { return task_; }
   std::uint64_t damaged() const { return damaged_; }
@@ -98,6 +99,7 @@ class LiveSession {
   std::uint64_t line_count_ = 0;
   std::vector<std::string> score_, task_;
   std::pair<std::uint64_t, std::uint64_t> scored_at_{0, 0};  // epoch and step
+  std::uint64_t score_lines_heard_ = 0;
   std::uint64_t wish_sequence_ = 0;
   std::uint64_t damaged_ = 0;
   std::vector<std::uint8_t> outgoing_;

@@ -134,7 +134,7 @@ void LiveView::reset_camera() {
 }
 
 void LiveView::describe_score(JsonText& json) const {
-  json.key("score").open('[');
+  json.key("score_lines_heard").value(session.score_lines_heard()).key("score").open('[');
   for (const std::string& line : session.score()) json.value(line);
   json.close(']').key("task").open('[');
   for (const std::string& line : session.task()) json.value(line);

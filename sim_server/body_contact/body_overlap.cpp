@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
-#include <span>
 #include <vector>
 
 #include "common/mesh/check.h"
@@ -16,6 +14,7 @@ constexpr double kOffSurface_m = 1e-5;  // the way begins beneath the vertex's o
 constexpr double kAcross = 0.5;         // cosine
 constexpr double kThinnest_m = 1e-3;    // a body's edge that dents another one is thinner
 constexpr double kSearchedAround_m = 0.03;
+constexpr double kFar = 20;               // metres
 const Vec3 kAside(0.011, 0.017, -0.013);  // a way along an edge of the mesh would cross nothing for certain
 
 // When surfaces only touch, neither body contains a part of the other. A vertex has come through when, on the straight
@@ -50,15 +49,6 @@ void look_through(const SearchedSurface& one, const SearchedSurface& other, Over
   }
 }
 
-// The component with the most triangles.
-std::uint32_t largest_of(std::span<const std::uint32_t> component) {
-  std::map<std::uint32_t, std::size_t> sizes;
-  for (const std::uint32_t c : component)
-    if (c != kNone) ++sizes[c];
-  const auto largest = std::ranges::max_element(sizes, {}, [](const auto& each) { return each.second; });
-  return largest == sizes.end() ? kNone : largest->first;
-}
-
 // A triangle about a vertex that has skin all around; kNone: it has walls, too.
 TriangleId skin_at(const TriangleMesh& mesh, VertexId v) {
   TriangleId skin = kNone;
@@ -71,11 +61,14 @@ TriangleId skin_at(const TriangleMesh& mesh, VertexId v) {
 
 }  // namespace
 
-// A part that lies on another one touches it; one that has sunk in has the other's tissue on both sides of its skin.
+// A part that lies on another one touches it; one that has sunk in has the other's tissue on both sides of its skin. A
+// ray that crosses the surfaces of others an odd number of times begins in one of them.
 std::size_t sunken_skin(const SearchedSurface& body) {
   const TriangleMesh& mesh = body.view.mesh;
   const std::vector<std::uint32_t> component = component_of_triangle(mesh);
-  const std::uint32_t largest = largest_of(component);
+  const std::vector<double> volumes_m3 = component_rest_volumes_m3(mesh, component);
+  if (volumes_m3.size() < 2) return 0;
+  const auto largest = static_cast<std::uint32_t>(std::ranges::max_element(volumes_m3) - volumes_m3.begin());
   std::size_t sunken = 0;
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
     const TriangleId skin = mesh.vertex_alive(v) ? skin_at(mesh, v) : kNone;
@@ -83,9 +76,11 @@ std::size_t sunken_skin(const SearchedSurface& body) {
     const std::uint32_t own = component[skin];
     const Vec3 normal = area_at(body.view, v).stableNormalized();
     const Vec3 above = body.view.positions_world_m[v].cast<double>() + kOffSurface_m * normal;
-    if (!body.tree.inside(body.view, above)) continue;
-    const auto behind = body.tree.hits(body.view, above, above - kThinnest_m * normal);
-    sunken += std::ranges::all_of(behind, [&](const SurfaceHit& hit) { return component[hit.triangle] == own; });
+    const auto of_others = [&](const Vec3& to) {
+      return std::ranges::count_if(body.tree.hits(body.view, above, to),
+                                   [&](const SurfaceHit& hit) { return component[hit.triangle] != own; });
+    };
+    sunken += of_others(above + kFar * (normal + kAside)) % 2 == 1 && of_others(above - kThinnest_m * normal) == 0;
   }
   return sunken;
 }

@@ -120,9 +120,11 @@ void LipFinder::search_opposite(const SharedBody& body, VertexId v, Lip& lip) {
   std::ranges::sort(found);
   found.resize(std::min(found.size(), kOpposite));
   const TriangleId slid_to = nearest_opposite(body, v, lip).triangle;
-  const bool is_found = slid_to == kNone || std::ranges::find(found, slid_to, &Found::second) != found.end();
-  if (!is_found && found.size() == kOpposite) found.pop_back();
-  if (!is_found) found.emplace_back(0, slid_to);
+  if (slid_to != kNone && std::ranges::find(found, slid_to, &Found::second) == found.end() &&
+      is_before(corners_at_rest(mesh, slid_to), at, normals)) {
+    if (found.size() == kOpposite) found.pop_back();
+    found.emplace_back(0, slid_to);
+  }
   lip.opposite.fill(kNone);
   for (std::size_t i = 0; i < found.size(); ++i) lip.opposite[i] = found[i].second;
 }
@@ -167,11 +169,11 @@ void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, doubl
   if (lip.pause > 0) return void(--lip.pause);
   const Opposite on = nearest_opposite(body, v, lip);
   const double nearest_m = on.triangle == kNone ? kDeepest_m : on.away_m.norm(), above_m = on.away_m.dot(on.facing);
-  if (on.triangle == kNone || above_m > kReach_m) {  // a vertex that is behind a lip is pushed in each step
+  const bool is_away = on.triangle == kNone || above_m > kReach_m, is_beside = std::abs(above_m) < 0.7 * nearest_m;
+  if (is_away || is_beside)  // others are behind the lip, and are pushed in each step
     lip.pause = static_cast<std::uint8_t>(std::min(kLongestPause, nearest_m / (kFast_m_per_s * step_s)));
-    return;
-  }
-  if (std::abs(above_m) < 0.7 * nearest_m) return slide(body, v, on, lip);  // beside the triangle
+  if (is_away) return;
+  if (is_beside) return slide(body, v, on, lip);
   const Corners rest = corners_at_rest(body.mesh, on.triangle);
   const Vec3 rest_point = on.bary[0] * rest[0] + on.bary[1] * rest[1] + on.bary[2] * rest[2];
   const double at_rest_m = (body.mesh.rest_body_m(v) - rest_point).dot(area_of(rest).stableNormalized());

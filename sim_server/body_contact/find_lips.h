@@ -1,8 +1,8 @@
 // The lips of a cut don't pass through each other (paper A, 2.3: concave results).
 //
 // The two walls of a cut coincided while the tissue was whole. Each vertex of a wall therefore keeps the few triangles
-// of the opposite wall that are nearest to it at rest. After each step of deformation only these triangles are asked
-// whether the vertex is behind them.
+// of the opposite wall that are nearest to it at rest, and the one to which it has slid. After each step of deformation
+// only these triangles are asked whether the vertex is behind them.
 //
 //     skin ____v  |____        v behind T by more than at rest: v and T's corners are pushed apart
 //               \ |T           along T's normal, by impulses that keep momentum

@@ -34,10 +34,12 @@ struct InstrumentState {
   double intensity = 1;    // cautery: |CD| = intensity x geometry's |CD|
   double opening_rad = 0;  // angle between the jaws
   std::size_t edge = 0;    // number of the edge, where there are several
+  // The opening from which blades close about tissue that ends between them; 0: about other tissue, or none.
+  double closes_from_rad = 0;
 
   template <class A>
   void archive(A& a) {
-    a(intensity, opening_rad, edge);
+    a(intensity, opening_rad, edge, closes_from_rad);
   }
 };
 
@@ -46,13 +48,10 @@ struct InstrumentShape {
   Vec3 a_tool_m, b_tool_m, c_tool_m, d_tool_m;  // AB, AC, BD and CD touch tissue
   Vec3 edge_tip_tool_m, edge_heel_tool_m;       // the cutting edge, from its lower end; the same point if there is none
   std::optional<Vec3> sharp_side_tool;          // unit, the direction in which the edge cuts; nothing: any direction
-  // The lower end of the edge in tissue that lies between the blades and ends above it; nothing: as elsewhere.
-  std::optional<Vec3> edge_tip_beneath_tool_m = {};
 
   template <class A>
   void archive(A& a) {
-    a(a_tool_m, b_tool_m, c_tool_m, d_tool_m, edge_tip_tool_m, edge_heel_tool_m, sharp_side_tool,
-      edge_tip_beneath_tool_m);
+    a(a_tool_m, b_tool_m, c_tool_m, d_tool_m, edge_tip_tool_m, edge_heel_tool_m, sharp_side_tool);
   }
 };
 

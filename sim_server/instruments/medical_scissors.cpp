@@ -12,7 +12,6 @@ InstrumentShape medical_scissors_shape(const ToolGeometry& g, const InstrumentSt
   InstrumentShape s = scissors_shape(g, state);
   for (Vec3* point : {&s.a_tool_m, &s.b_tool_m, &s.c_tool_m, &s.d_tool_m, &s.edge_tip_tool_m, &s.edge_heel_tool_m})
     *point += shift;
-  *s.edge_tip_beneath_tool_m += shift;
   return s;
 }
 

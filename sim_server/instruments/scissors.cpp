@@ -7,7 +7,7 @@ namespace sectio {
 namespace {
 
 constexpr double kEdgeOffset = 0.05;  // w over the length from the pivot to the tips
-constexpr double kSwept = 0.35;       // height that a blade has swept, over the distance from the pivot
+constexpr double kSwept = 0.35;       // height that the upper blade has swept, over the distance from the pivot
 
 }  // namespace
 
@@ -27,10 +27,8 @@ InstrumentShape scissors_shape(const ToolGeometry& g, const InstrumentState& sta
   s.a_tool_m = pivot + length_m * (cosine * forward + sine * down);
   s.b_tool_m = s.c_tool_m = pivot;
   s.d_tool_m = pivot + length_m * (cosine * forward - sine * down);
-  const Vec3 swept_m = (height_m + kSwept * crossing_m) * down;
-  s.edge_tip_tool_m = crossing + height_m * down;
-  s.edge_heel_tool_m = crossing - swept_m;
-  s.edge_tip_beneath_tool_m = crossing + swept_m;
+  s.edge_tip_tool_m = crossing + (height_m + std::tan(state.closes_from_rad / 2) * crossing_m) * down;
+  s.edge_heel_tool_m = crossing - (height_m + kSwept * crossing_m) * down;
   s.sharp_side_tool = forward;
   return s;
 }

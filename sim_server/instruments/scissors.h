@@ -3,8 +3,8 @@
 //
 // Each straight edge passes the pivot at a distance w on the side of the other blade. So the edges cross on the
 // bisector, at w / sin(opening / 2) from the pivot: the crossing moves from the pivot to the tips as the blades close.
-// Tissue at the crossing is cut from the back of the lower blade up to the place from which the upper one came. A
-// volume that ends above the place from which the lower blade came, as a vessel between the blades, is cut whole.
+// Tissue at the crossing is cut from the back of the lower blade up to the place from which the upper one came; a
+// volume that lies between the blades, as a vessel, down to the place from which the lower one came.
 //
 //        upper blade
 //    C ----__

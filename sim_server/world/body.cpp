@@ -97,6 +97,10 @@ Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, Make
 }
 
 void Body::begin(EngineSite site) {
+  Box3 at_rest;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v)
+    if (mesh.vertex_alive(v)) at_rest.extend(mesh.rest_body_m(v));
+  thinnest_m_ = at_rest.sizes().minCoeff();
   frame_at_first_world_ = site.frame_world;
   auto rigid_motion = site.is_part ? rigid_motion_of(site) : nullptr;
   site.is_rigid = rigid_motion != nullptr;
@@ -133,7 +137,7 @@ void Body::archive(Archive& a) {
   a(is_swept);
   if (is_swept) a(swept_tissue());
   a(contact, still_s, unsettled, resting_loads, parts_made, frozen, lips_, tree_stale_, asleep_, much_added_, implicit_,
-    implicit_steps_, stillness_, recovery_);
+    implicit_steps_, stillness_, recovery_, thinnest_m_);
 }
 
 const CollisionEngine& Body::tree() {

@@ -59,6 +59,7 @@ class Body {
   Vec3 velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const;
   // The box of the current positions; leaves the collision engine as it is.
   Box3 bounds_world_m();
+  double thinnest_m() const { return thinnest_m_; }                      // least side of its box at rest, when it began
   double energy_j() { return engines.deformation->energy_j(shared()); }  // see DeformationEngine
   // The collision engine, with the current positions.
   const CollisionEngine& tree();
@@ -135,6 +136,7 @@ class Body {
   MakeEngines make_;  // for parts, too
   Pose frame_at_first_world_;
   bool tree_stale_ = false;
+  double thinnest_m_ = 0;
   std::optional<Box3> bounds_world_m_;  // while the tree is stale; nothing: nobody has asked
   bool asleep_ = false;
   bool much_added_ = false;           // much mass has been added for stability

@@ -119,8 +119,6 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   constraints_.clear();
   contact_points_.clear();
   if (before || !poses.empty()) edge_ = edge_.at(poses.empty() ? *before : poses.back());
-  if (phase_ != Phase::cutting && edge_.shape().edge_tip_beneath_tool_m)
-    edge_ = edge_.around(body_.cut_traits.edge_cuts_anywhere && ends_between_blades(body_, edge_));
   opening_before_rad_ = before ? before->opening_rad : edge_.pose().opening_rad;
   if (phase_ == Phase::through && is_clear_of(body_, edge_)) phase_ = Phase::free, tracker_.reset();
   if (const auto sharp_side = edge_.sharp_side_world(); sharp_side && before)
@@ -135,6 +133,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
     if (phase_ == Phase::pressing) set_free();
     return;
   }
+  if (looks && edge_.kind().only_closing && body_.cut_traits.edge_cuts_anywhere) look_between_blades();
   if (looks && before) look_along(*before, poses, continuous);
   if ((phase_ == Phase::free || phase_ == Phase::pressing) && enter_open_cut()) return;
   if (phase_ == Phase::pressing) press();
@@ -145,6 +144,16 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
     if (const auto hit = sharp_edge_deep_inside(body_, edge_, *before)) {
       break_in({edge_.id(), hit->triangle, hit->bary}, Way::sideways);
     }
+}
+
+// Blades that are open about tissue, which the lower one isn't in, close on it from there.
+void EdgeContact::look_between_blades() {
+  const double opening_rad = edge_.pose().opening_rad;
+  if (lower_blade_is_clear_of(body_, edge_)) {
+    if (opening_rad >= opening_before_rad_) edge_ = edge_.closing_from(opening_rad);
+  } else if (body_.tree().inside(body_.view(), edge_.corners().at_world_m[0])) {
+    edge_ = edge_.closing_from(0);
+  }
 }
 
 void EdgeContact::look_along(const JointPose& before, std::span<const JointPose> poses, bool continuous) {
@@ -390,7 +399,9 @@ void EdgeContact::rest_in_groove() {
   if (is_out && body_.cut_traits.edge_cuts_anywhere && body_.tree().hits(body_.view(), tip, heel).empty())
     return set_free();
   if (from_end_m() <= kGoneOn * body_.cut_traits.join_tolerance_m) return;
-  if (is_out) return void(phase_ = Phase::free);
+  const bool closes_on = edge_.closes_from_rad() > 0 && may_enter();  // its tip is beneath the tissue
+  if (is_out && !closes_on) return void(phase_ = Phase::free);
+  if (is_out) return;
   if (edge_.kind().only_closing && !may_enter()) return;
   ++groove_searches_;
   const Vec3 from = edge_.kind().front_is_virtual ? edge_.pose().to_world(edge_.shape().a_tool_m) : heel;

@@ -113,6 +113,7 @@ class EdgeContact {
 
   // Free, or pressing.
   void look_along(const JointPose& before, std::span<const JointPose> poses, bool continuous);
+  void look_between_blades();
   void look_for_contact(const ToolContact& contact);
   Entry entry_at(const SurfaceHit& hit) const;
   bool enter_open_cut();

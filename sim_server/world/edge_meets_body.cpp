@@ -43,8 +43,9 @@ bool is_clear_of(Body& body, const InstrumentEdge& edge) {
   });
 }
 
-bool ends_between_blades(Body& body, const InstrumentEdge& edge) {
-  return !body.tree().inside(body.view(), edge.pose().to_world(*edge.shape().edge_tip_beneath_tool_m));
+bool lower_blade_is_clear_of(Body& body, const InstrumentEdge& edge) {
+  const auto& [tip, handle, pivot, upper] = edge.corners().at_world_m;
+  return !body.tree().inside(body.view(), tip) && body.tree().hits(body.view(), tip, pivot).empty();
 }
 
 std::optional<SurfaceHit> reaches_in(Body& body, const InstrumentEdge& edge, const ToolContact& contact) {

@@ -16,8 +16,8 @@ bool is_near(Body& body, const InstrumentEdge& edge, const std::optional<JointPo
              std::span<const JointPose> poses);
 // No part of the instrument is in the body, nor across its surface.
 bool is_clear_of(Body& body, const InstrumentEdge& edge);
-// For blades that open: the lower one came from beyond the body.
-bool ends_between_blades(Body& body, const InstrumentEdge& edge);
+// For blades that open.
+bool lower_blade_is_clear_of(Body& body, const InstrumentEdge& edge);
 
 // The point at which an edge that need not press reaches into the tissue.
 std::optional<SurfaceHit> reaches_in(Body& body, const InstrumentEdge& edge, const ToolContact& contact);

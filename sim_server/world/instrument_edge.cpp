@@ -15,14 +15,12 @@ InstrumentEdge InstrumentEdge::at(const JointPose& pose) const {
   moved.pose_ = pose;
   moved.state_.opening_rad = pose.opening_rad;
   moved.shape_ = kind_->shape(geometry_, moved.state_);
-  if (moved.tissue_ends_between_blades_ && moved.shape_.edge_tip_beneath_tool_m)
-    moved.shape_.edge_tip_tool_m = *moved.shape_.edge_tip_beneath_tool_m;
   return moved;
 }
 
-InstrumentEdge InstrumentEdge::around(bool tissue_ends_between_blades) const {
+InstrumentEdge InstrumentEdge::closing_from(double opening_rad) const {
   InstrumentEdge same = *this;
-  same.tissue_ends_between_blades_ = tissue_ends_between_blades;
+  same.state_.closes_from_rad = opening_rad;
   return same.at(pose_);
 }
 

@@ -19,8 +19,9 @@ class InstrumentEdge {
 
   // The same edge elsewhere.
   InstrumentEdge at(const JointPose& pose) const;
-  // The same edge, here and elsewhere, in tissue that ends between its blades, or doesn't.
-  InstrumentEdge around(bool tissue_ends_between_blades) const;
+  // The same edge, here and elsewhere, which closes from there about tissue that ends between its blades.
+  InstrumentEdge closing_from(double opening_rad) const;
+  double closes_from_rad() const { return state_.closes_from_rad; }
 
   std::uint32_t id() const { return id_; }
   const InstrumentKind& kind() const { return *kind_; }
@@ -42,7 +43,7 @@ class InstrumentEdge {
 
   template <class A>
   void archive(A& a) {
-    a(state_, pose_, shape_, tissue_ends_between_blades_);
+    a(state_, pose_, shape_);
   }
 
  private:
@@ -53,7 +54,6 @@ class InstrumentEdge {
   double largest_force_n_;
   JointPose pose_;
   InstrumentShape shape_;
-  bool tissue_ends_between_blades_ = false;
 };
 
 }  // namespace sectio

@@ -157,8 +157,7 @@ std::optional<SurfaceHit> sharp_edge_deep_inside(Body& body, const InstrumentEdg
   if (!sharp_side) return {};
   const Vec3 tip = edge.tip_world_m();
   if (sharp_side->dot(tip - before.to_world(edge.shape().edge_tip_tool_m)) < kNoTravel_m) return {};
-  const double middle_m = body.bounds_world_m().sizes().minCoeff() / 2;
-  const Vec3 behind = std::min(kDeepEdge_m, middle_m) * *sharp_side;
+  const Vec3 behind = std::min(kDeepEdge_m, body.thinnest_m() / 2) * *sharp_side;
   if (const auto deep = uncut_tissue_at(body, edge, tip - behind)) return deep;
   if (!body.cut_traits.cuts_inside) return {};
   const auto part = uncut_part(body, edge, tip - kPastSlit_m * *sharp_side);

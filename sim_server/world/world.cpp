@@ -6,6 +6,7 @@
 
 #include "common/core/error.h"
 #include "sim_server/body_contact/body_overlap.h"
+#include "sim_server/collision/surface_tree.h"
 
 namespace sectio {
 
@@ -75,7 +76,8 @@ std::vector<BodyOverlap> SimulatedWorld::overlaps() const {
   std::vector<BodyOverlap> found;
   for (std::uint32_t a = 0; a < bodies.size(); ++a) {
     Body& whole = *bodies[a];
-    if (const std::size_t sunken = sunken_skin({whole.view(), whole.tree()})) found.push_back({a, a, 0, sunken});
+    const SurfaceTree tree(whole.view());  // the body's own one is part of its state
+    if (const std::size_t sunken = sunken_skin({whole.view(), tree})) found.push_back({a, a, 0, sunken});
     for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
       Body &one = *bodies[a], &other = *bodies[b];
       const Box3 box = one.bounds_world_m();

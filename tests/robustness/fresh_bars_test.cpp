@@ -66,8 +66,46 @@ std::string make_bar(std::uint64_t seed, const std::string& directory) {
   return words.str();
 }
 
+// Soft and thick, close above the floor: while it is cut, the half that sinks to the floor slides along the stump.
+std::string make_sliding_bar(std::uint64_t seed, const std::string& directory) {
+  Numbers numbers(seed);
+  const double length_m = numbers.between(0.07, 0.1), width_m = numbers.between(0.025, 0.045),
+               height_m = numbers.between(0.025, 0.035), above_m = numbers.between(0.01, 0.02);
+  const double speed_m_per_s = numbers.between(0.02, 0.06), cut_at_m = numbers.between(-0.05, 0.1) * length_m;
+  VolumeKeys keys{numbers.one_of(std::array{"neo_hookean", "tetra_springs", "neo_hookean_lattice"}),
+                  {},
+                  0,
+                  numbers.between(9000, 16000)};
+  keys.free_parts = "deformable";
+  keys.tetrahedra = static_cast<int>(numbers.between(1500, 4000));
+  TriangleSoup bar = box(1, 1, 1, Vec3(length_m, width_m, height_m));
+  for (Vec3& x : bar.vertices_body_m) x += Vec3(-length_m / 2, -width_m / 2, above_m);
+  const auto trace = stroke(Vec3(cut_at_m, 0, above_m + height_m / 2), 0, 0, width_m / 2 + 0.02,
+                            height_m / 2 + above_m + 0.005, speed_m_per_s);
+  leave_files(directory, bar, trace);
+  leave_scene(directory,
+              {.session = "sliding_bar_" + std::to_string(seed),
+               .expect = "incisions: 1, " + about_freed(1e6 * (length_m / 2 - cut_at_m) * width_m * height_m),
+               .body = keys,
+               .held_to_m = -0.3 * length_m,
+               .floor_z_m = 0,
+               .duration_s = trace.back().time_s + 1.2,
+               .shaft_m = 0.13,
+               .edge_m = 0.126,
+               .sharp_m = 0.12});
+  std::ostringstream words;
+  words << 1e3 * length_m << " x " << 1e3 * width_m << " x " << 1e3 * height_m << " mm, " << 1e3 * above_m
+        << " mm above the floor, " << 1e3 * speed_m_per_s << " mm/s\n"
+        << keys.text();
+  return words.str();
+}
+
 TEST(FreshBars, come_apart_where_a_knife_goes_through) {
   play(make_bar, 6);
+}
+
+TEST(FreshBars, stay_out_of_the_half_that_slides_along_them) {
+  play(make_sliding_bar, 4);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The page as its script calls it (page.js). All in the one thread of the page.
+// The page as its scripts call it (page.js, hand.js, headset.js). All in the one thread of the page.
 #include <cstdint>
 #include <memory>
 

@@ -8,7 +8,8 @@ const CONNECT_MS = 5000;    // a connection that takes longer is tried again
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
-const SURE_MS = 4000;       // a second press within this time begins the session anew
+const SURE_MS = 4000;       // a second press within this time begins the session anew,
+const DOUBLE_MS = 300;      // but for one that comes at once
 const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
 const SETTLES_MS = 2000;    // an order is under way, and what it changes isn't told yet
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
@@ -137,20 +138,24 @@ function watch_server() {
   if (mute_s === null && silent_s > SILENT_S) {
     mute_s = now() - silent_s;
     mute = state.silent ? `the server of ${state.silent}` : 'the server';
-    ask_gateway();
+    ask_gateway(mute, ++silences);
   } else if (mute_s !== null && silent_s < SILENT_S) {
     note(`${mute} was silent for ${how_long(mute_s)}, until ${clock()}`, 'silence');
     mute_s = null;
   }
 }
 
-// A gateway that doesn't answer either is what is silent.
-async function ask_gateway() {
+// A gateway that doesn't answer either is what is silent. It is asked again as long as the silence lasts.
+let silences = 0;
+async function ask_gateway(server, silence) {
+  let says = 'the gateway';
   try {
-    await fetch('version', { signal: AbortSignal.timeout(1000 * SILENT_S) });
-  } catch {
-    if (mute_s !== null) mute = 'the gateway';
-  }
+    await fetch('version', { signal: AbortSignal.timeout(RETRY_MS) });
+    says = server;
+  } catch { /* no answer */ }
+  if (mute_s === null || silence !== silences) return;
+  mute = says;
+  setTimeout(ask_gateway, RETRY_MS, server, silence);
 }
 
 // ---- pictures ----
@@ -248,6 +253,13 @@ function show_list(id, key, make) {
   list.replaceChildren(...make());
 }
 
+// A text that stays is left alone: a screen reader would read it again.
+function say(id, text) {
+  const place = byId(id);
+  if (place.textContent !== text) place.textContent = text;
+  place.hidden = text === '';
+}
+
 // A control shows what the session has, but for while somebody uses it. So does the text beside it.
 const used_ms = new Map();
 function follow(id, value, words_of = () => '') {
@@ -285,10 +297,11 @@ function hint(me) {
 let has_held = false;
 function first_word(me) {
   has_held ||= holds();
-  if (has_held || !me || state.ended || state.tools.length === 0) return '';
+  if (has_held || !me || state.ended || state.tools.length === 0 || !window.sectio.connected) return '';
   if (!me.may_write) return 'You are watching: drag to turn the view. The whole address, with what follows #, lets you take part.';
   const panel = document.body.classList.contains('folded') ? 'open the panel and ' : '';
-  return `To hold an instrument, ${panel}press Take in hand.`;
+  const words = state.tools.some((tool) => tool.holder === 0) ? 'Take in hand' : 'Take over';
+  return `To hold an instrument, ${panel}press ${words}.`;
 }
 
 // A frozen instrument that isn't in the scene stays away.
@@ -316,12 +329,13 @@ function show() {
   if (!state) return;
   watch_server();
   const me = state.people.find((p) => p.id === state.you);
-  byId('hint').textContent = hint(me);
-  byId('hint').hidden = byId('hint').textContent === '';
+  say('hint', hint(me));
   const names = new Map(state.people.map(({ id, name }) => [id, name]));
-  const silent = mute_s !== null && !state.ended ? `${mute} has been silent for ${how_long(mute_s)}` : '';
-  byId('warning').textContent = window.sectio.connected ? silent || no_webgl : state.ended ? 'the session has ended' : refusal;
-  byId('warning').hidden = byId('warning').textContent === '';
+  const is_silent = mute_s !== null && !state.ended && window.sectio.connected;
+  const silent = is_silent ? `${mute} has been silent` : '';
+  say('warning_said', window.sectio.connected ? silent || no_webgl : state.ended ? 'the session has ended' : refusal);
+  say('warning_for', is_silent ? ` for ${how_long(mute_s)}` : '');
+  byId('warning').hidden = byId('warning_said').hidden;
   byId('session').textContent = state.session || 'waiting for a session';
   const pace = state.ended ? ', ended' : state.speed === 0 ? ', paused' : (state.speed ?? 1) === 1 ? '' : `, × ${state.speed.toFixed(2)}`;
   byId('time').textContent = state.session ? state.time_s.toFixed(1) + ' s' + pace : '';
@@ -390,7 +404,9 @@ function show_fields() {
 // All that has been cut is lost to everyone: the first press asks, the second one does it.
 let asked_ms = -Infinity;
 function begin_anew() {
-  const is_sure = performance.now() - asked_ms < SURE_MS;
+  const since_ms = performance.now() - asked_ms;
+  if (since_ms < DOUBLE_MS) return;
+  const is_sure = since_ms < SURE_MS;
   asked_ms = is_sure ? -Infinity : performance.now();
   if (is_sure) order('begin_anew');
   say_anew();

@@ -11,7 +11,7 @@ window.sectio.tries = () => tries;
 
 // They are asked for when a score is told, and when a task begins.
 async function learn_tries() {
-  const key = JSON.stringify([state.task, state.score]);
+  const key = JSON.stringify([state.task, state.score_lines_heard]);
   if (key === learned) return;
   learned = key;
   try {

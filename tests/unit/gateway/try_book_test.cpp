@@ -63,6 +63,9 @@ TEST_F(TryBookTest, a_try_has_its_score_path_and_force_and_stays_for_later_sessi
     TryBook book;
     book.keep_in(directory);
     make_try(book, 1, "cut along the line", "line cut   50 %");
+    book.feed(scene_of(2, "cut along the line"));
+    tell(book, 2, kBegunAnew, "the session begins anew");
+    book.tick({});
     make_try(book, 2, "cut along the line", "line cut   90 %");
     tell(book, 2, kScoreTold, "time   3 s");
     book.tick({});
@@ -110,6 +113,24 @@ TEST_F(TryBookTest, a_session_that_goes_back_in_time_goes_on_with_its_try) {
   EXPECT_EQ(count(tries, "begun_s"), 1u) << tries;
   EXPECT_NE(tries.find(R"("score":["line cut   70 %"],"hands":["Ada"])"), std::string::npos) << tries;
   EXPECT_NE(tries.find("[14.3,0,0],[15,0,0]]"), std::string::npos) << "all that came before it, and no more: " << tries;
+}
+
+// The score of the try before comes when the session has begun anew already.
+TEST_F(TryBookTest, a_session_that_begins_anew_has_kept_its_try_and_begins_one_in_which_nothing_was_touched) {
+  TryBook book;
+  book.keep_in(directory);
+  make_try(book, 1, "cut along the line", "line cut   50 %");
+  press(book, 1, 1);
+  book.feed(scene_of(2, "cut along the line"));
+  see(book, 2, 0, 0);
+  tell(book, 1, kScoreTold, "line cut   60 %");
+  tell(book, 2, kBegunAnew, "the session begins anew");
+  book.tick({});
+  EXPECT_NE(book.json().find("60 %"), std::string::npos) << book.json();
+  see(book, 2, 1, 0);
+  tell(book, 2, kScoreTold, "line cut   0 %");
+  book.tick({"Ada"});
+  EXPECT_EQ(count(book.json(), "begun_s"), 1u) << book.json();
 }
 
 TEST_F(TryBookTest, a_try_in_which_nothing_was_touched_is_none) {

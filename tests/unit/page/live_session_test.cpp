@@ -13,6 +13,7 @@ namespace {
 static_assert(kCutRefused == static_cast<std::uint8_t>(EventKind::cut_refused));
 static_assert(kCutEnded == static_cast<std::uint8_t>(EventKind::cut_ended));
 static_assert(kReleased == static_cast<std::uint8_t>(EventKind::released));
+static_assert(kBegunAnew == static_cast<std::uint8_t>(EventKind::begun_anew));
 static_assert(kBodySplit == static_cast<std::uint8_t>(EventKind::body_split));
 static_assert(kStepOverrun == static_cast<std::uint8_t>(EventKind::step_overrun));
 static_assert(kGravityTurned == static_cast<std::uint8_t>(EventKind::gravity_turned));
@@ -72,6 +73,8 @@ TEST_F(LiveSessionTest, forgets_the_score_of_a_session_that_begins_anew) {
   EXPECT_EQ(session.score().size(), 1);
   announce(2, "liver");
   EXPECT_TRUE(session.score().empty());
+  tell(6, kScoreTold, "line cut 50 %");
+  EXPECT_TRUE(session.score().empty()) << "of the term before, to whom comes late";
 }
 
 TEST_F(LiveSessionTest, says_of_which_instrument_it_tells_and_when) {
