@@ -121,6 +121,12 @@ void ContactModelFollower::hang(const Felt& then, double damping_n_s_per_m) {
   filter_s_ =
       std::max(filter_of(lacks_n_per_m, damping_n_s_per_m, std::sqrt(k / device_.mass_kg)), lacks_n_per_m / k * age_s);
   told_anchor_m_ = then.tip.position_m + model_.force_world_n / k + age_s * model_.velocity_world_m_per_s;
+  if (audible_ <= 0) anchor_m_ = told_anchor_m_;  // nothing of it is felt yet
+}
+
+// The tissue goes on as the newest model tells it, but not through a silence.
+Vec3 ContactModelFollower::went_m(double dt_s) const {
+  return silent(tip_.time_s) ? Vec3(Vec3::Zero()) : Vec3(dt_s * model_.velocity_world_m_per_s);
 }
 
 Vec3 ContactModelFollower::tick(double now_s, const Vec3& tip_world_m, bool is_held) {
@@ -153,7 +159,7 @@ Vec3 ContactModelFollower::push(double dt_s) {
 // A force that the simulation has besides that of the front is added slowly.
 Vec3 ContactModelFollower::hold_blade(double dt_s) {
   const double k = model_.side_stiffness_n_per_m;
-  anchor_m_ += dt_s * model_.velocity_world_m_per_s;
+  anchor_m_ += went_m(dt_s);
   const Vec3 stretched_m = tip_.position_m - anchor_m_;
   const double ahead_m = -stretched_m.dot(model_.normal_world), size_m = stretched_m.norm();
   const double most_m = k > 0 && ahead_m > 0 ? std::min(size_m, model_.yield_n / k * ahead_m / size_m) : 0;
@@ -165,7 +171,7 @@ Vec3 ContactModelFollower::hold_blade(double dt_s) {
 
 // A spring to a point that goes with what is held, as the newest models tell it.
 Vec3 ContactModelFollower::hold_grip(double dt_s) {
-  const Vec3 goes_m = dt_s * model_.velocity_world_m_per_s;
+  const Vec3 goes_m = went_m(dt_s);
   told_anchor_m_ += goes_m;
   anchor_m_ += goes_m;
   anchor_m_ += low_pass_share(dt_s, filter_s_) * (told_anchor_m_ - anchor_m_);
@@ -182,7 +188,7 @@ Vec3 ContactModelFollower::drag(const Vec3& push_n, double dt_s) {
   const double pushed_n = f.dot(model_.normal_world), side_n = sideways(model_, f).norm();
   const double lifted = pushed_n > kLeastForce_n ? std::min(1.0, push_n.norm() / pushed_n) : 1;
   const double most_n = push_n.isZero() ? 0 : std::max(model_.friction * push_n.norm(), lifted * side_n);
-  anchor_m_ += dt_s * model_.velocity_world_m_per_s;
+  anchor_m_ += went_m(dt_s);
   if (most_n <= 0 || k <= 0) {
     anchor_m_ = tip_.position_m;
     side_correction_n_.setZero();

@@ -69,6 +69,7 @@ class ContactModelFollower {
   Vec3 hold_blade(double dt_s);
   void hang(const Felt& then, double damping_n_s_per_m);
   Vec3 hold_grip(double dt_s);
+  Vec3 went_m(double dt_s) const;
 
   DeviceLimits device_;
   ContactModel next_, model_;

@@ -271,5 +271,23 @@ TEST(ContactModelFollower, silence_ramps_the_force_to_zero_without_a_jump) {
   EXPECT_FALSE(loop.follower.silent(loop.now_s));
 }
 
+// The server halts while the tissue in the jaws moves, and is where it was when it goes on.
+TEST(ContactModelFollower, a_grip_comes_back_after_a_silence_as_it_was) {
+  ContactModel m = pressed();
+  m.state = ContactState::held;
+  m.force_world_n = Vec3(0.2, 0, 0);
+  m.side_stiffness_n_per_m = 200;
+  m.yield_n = 2;
+  m.velocity_world_m_per_s = Vec3(0.02, 0, 0);
+  Followed loop;
+  loop.live(m, 200);
+  double most_n = 0;
+  for (int i = 0; i < 2000; ++i) most_n = std::max(most_n, loop.tick().norm());
+  m.velocity_world_m_per_s.setZero();
+  for (int i = 0; i < 400; ++i) most_n = std::max(most_n, loop.live(m, 1).norm());
+  EXPECT_LT(most_n, 0.8) << "it has moved by 2 mm until the silence was known";
+  EXPECT_NEAR(loop.live(m, 1).x(), 0.2, 0.02);
+}
+
 }  // namespace
 }  // namespace sectio::servo_test
