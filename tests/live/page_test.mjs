@@ -119,6 +119,7 @@ try {
   });
 
   await check('a press where there is no body is answered', async () => {
+    for (let i = 0; i < 6; ++i) await ada.mouse('mouseWheel', 200, 150, 0, { deltaX: 0, deltaY: 100 });  // farther away
     await ada.click('Take in hand');
     await ada.until('the scalpel in hand', (s) => s.held === 0);
     await until('no hint', async () => !(await is_seen(ada, 'hint')));
@@ -126,6 +127,7 @@ try {
     await until('the hint', () => is_seen(ada, 'hint'));
     await ada.mouse('mouseReleased', 5, 20, 0);
     await until('its end', async () => !(await is_seen(ada, 'hint')));
+    await ada.click('First view');
   });
 
   const ben = await browser.open(link.address);

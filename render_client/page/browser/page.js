@@ -145,17 +145,19 @@ function watch_server() {
   }
 }
 
-// A gateway that doesn't answer either is what is silent. It is asked again as long as the silence lasts.
+// A gateway that doesn't answer either is what is silent, until it has answered twice in a row. It is asked again as
+// long as the silence lasts.
 let silences = 0;
-async function ask_gateway(server, silence) {
-  let says = 'the gateway';
+async function ask_gateway(server, silence, answers = 0) {
   try {
     await fetch('version', { signal: AbortSignal.timeout(RETRY_MS) });
-    says = server;
-  } catch { /* no answer */ }
+    ++answers;
+  } catch {
+    answers = 0;
+  }
   if (mute_s === null || silence !== silences) return;
-  mute = says;
-  setTimeout(ask_gateway, RETRY_MS, server, silence);
+  if (answers !== 1) mute = answers === 0 ? 'the gateway' : server;
+  setTimeout(ask_gateway, RETRY_MS, server, silence, answers);
 }
 
 // ---- pictures ----
