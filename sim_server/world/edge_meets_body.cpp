@@ -38,9 +38,6 @@ bool is_clear_of(Body& body, const InstrumentEdge& edge) {
   const ToolCorners corners = edge.corners();
   const CollisionEngine& tree = body.tree();
   if (tree.inside(body.view(), corners.at_world_m[0])) return false;
-  if (const double ball_m = edge.ball_radius_m();
-      ball_m > 0 && tree.closest(body.view(), corners.at_world_m[0], ball_m))
-    return false;
   return std::ranges::all_of(kSegmentCorners, [&](const auto& ends) {
     return tree.hits(body.view(), corners.at_world_m[ends[0]], corners.at_world_m[ends[1]]).empty();
   });

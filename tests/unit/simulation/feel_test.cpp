@@ -272,44 +272,5 @@ TEST_F(Feel, skin_slips_off_a_probe_that_is_pressed_further_than_tissue_goes_and
   EXPECT_EQ(operation.state(), ContactState::contact);
 }
 
-// A sheet dents so deep beneath a ball that the ball is on its other side: then it is out of it, for good.
-TEST(FeelOfASheet, that_has_slipped_off_a_ball_pushes_nothing_until_the_ball_is_clear_of_it) {
-  constexpr double kRadius_m = 0.003, kThick_m = 0.003;
-  Scene scene;
-  scene.file = "sheet";
-  scene.gravity_m_per_s2 = Vec3::Zero();
-  BodySpec& sheet = scene.bodies.emplace_back();
-  sheet.name = "sheet";
-  sheet.mesh = box(30, 15, 2, Vec3(0.06, 0.03, kThick_m));
-  sheet.pose.position_m = Vec3(-0.03, -0.015, -kThick_m);
-  sheet.material.young_pa = 1e6;
-  sheet.fixed = Box{Vec3(-1, -1, -1), Vec3(-0.0262, 1, 1)};
-  ToolSpec& probe = scene.tools.emplace_back();
-  probe.name = "probe";
-  probe.kind = "probe";
-  probe.geometry.sphere_radius_m = kRadius_m;
-  Operation operation(scene);
-  const auto at = [&](double above_m) { return Vec3(0.0171, 0.0003, kRadius_m + above_m); };
-  operation.place(at(0.001));
-  std::size_t slips = 0;
-  operation.after_each = [&](const StepOutput& out) {
-    slips += static_cast<std::size_t>(std::ranges::count_if(out.events, [](const Event& e) {
-      return e.kind == EventKind::contact_ended && e.text.find("slipped off") != std::string::npos;
-    }));
-  };
-  operation.move(at(-0.009), 0.03);
-  operation.rest(400);
-  EXPECT_LE(slips, 1U);
-  const bool has_slipped = slips == 1;
-  double most_n = 0;
-  for (double above_m = -0.009; above_m < -0.001; above_m += 5e-5) {
-    operation.step({{0, Pose{at(above_m)}}});
-    most_n = std::max(most_n, operation.force_n().norm());
-  }
-  if (has_slipped) {
-    EXPECT_EQ(most_n, 0);
-  }
-}
-
 }  // namespace
 }  // namespace sectio::test
