@@ -33,7 +33,10 @@ CutPlan SurfaceCutting::plan(const SharedBody& body, std::span<const Entry> entr
   SurfaceCutPlan planned =
       plan_cut(body.mesh, body.particles.view(), *cuts_, entries, motions, settings_, loops_free_islands_);
   planned.going_on = planned.after.edges();
-  planned.ticket = std::make_shared<Ticket>(std::move(planned.after), LipSearch{0, false, search_.edge_m});
+  LipSearch from_the_first = search_;
+  from_the_first.next = 0;
+  from_the_first.has_changed = false;
+  planned.ticket = std::make_shared<Ticket>(std::move(planned.after), from_the_first);
   return planned;
 }
 

@@ -11,6 +11,7 @@
 
 #include "common/core/sort_unique.h"
 #include "common/math/intersect.h"
+#include "common/mesh/enclosed_volume.h"
 #include "sim_server/surface/cutting/incisions.h"
 
 namespace sectio {
@@ -21,6 +22,7 @@ constexpr double kCurveStays_m = 2e-4;  // a rung may go whose place is this clo
 constexpr double kDepthStays = 0.25;    // the same for its bottom, of the depth
 constexpr double kVolumeStays = 2e-3;   // change of the body's volume, in cubic edges, for each mend
 constexpr double kVolumeOfBed = 1e-2;   // likewise, where a bottom and the bed beside it are made anew
+constexpr double kVolumeOfBody = 4e-5;  // share of the body's volume that all mends together may change
 constexpr double kFlat = 0.94;          // cosine of the angle at which faces make an edge of the body
 constexpr double kFlatBed = 0.5;        // likewise in a bed, which is as uneven as the bottoms of its cuts
 constexpr double kLeastGain = 0.1;      // gain of the worst triangle, in units of the limit
@@ -34,12 +36,14 @@ struct Mend {
   std::vector<Triangle> added;
   std::vector<VertexId> rung;  // the lips and the bottom of the rung that goes, if one does
   bool changes_bed = false;
+  double change_m3 = 0;
   double before = 1e30, after = 1e30;  // the worst triangle; below 1: a sliver
 };
 
 class Tidier {
  public:
-  Tidier(MeshDraft& draft, Grooves& grooves, double edge_m) : draft_(draft), grooves_(grooves), edge_m_(edge_m) {}
+  Tidier(MeshDraft& draft, Grooves& grooves, LipSearch& search)
+      : draft_(draft), grooves_(grooves), search_(search), edge_m_(search.edge_m) {}
 
   // Mends slivers around a vertex of a lip. False: the draft must be dropped.
   bool mend_around(VertexId lip, std::size_t& changes, std::uint32_t& edges_collapsed) {
@@ -52,6 +56,7 @@ class Tidier {
       edges_collapsed += best->added.size() < best->removed.size();
       sort_unique(best->rung);
       grooves_.forget(best->rung);
+      search_.change_m3 += best->change_m3;
       ++changes;
     }
     return true;
@@ -163,7 +168,10 @@ class Tidier {
   void keep_if_better(std::optional<Mend>& best, std::optional<Mend> mend) const {
     if (!mend || mend->after < mend->before + kLeastGain) return;
     const double most = (mend->changes_bed ? kVolumeOfBed : kVolumeStays) * edge_m_ * edge_m_ * edge_m_;
-    if (std::abs(volume_change_m3(*mend)) > most) return;
+    mend->change_m3 = volume_change_m3(*mend);
+    const double together_m3 = std::abs(search_.change_m3 + mend->change_m3);
+    const bool is_too_much = together_m3 > kVolumeOfBody * search_.body_m3 && together_m3 > std::abs(search_.change_m3);
+    if (std::abs(mend->change_m3) > most || is_too_much) return;
     if (!best || std::min(mend->after, 2.0) > std::min(best->after, 2.0)) best = std::move(mend);
   }
 
@@ -323,8 +331,16 @@ class Tidier {
 
   MeshDraft& draft_;
   Grooves& grooves_;
+  LipSearch& search_;
   double edge_m_;
 };
+
+double rest_volume_m3(const TriangleMesh& mesh) {
+  EnclosedVolume volume;
+  for (const Triangle& t : mesh.triangles())
+    if (t.alive()) volume.add(mesh.rest_body_m(t.v[0]), mesh.rest_body_m(t.v[1]), mesh.rest_body_m(t.v[2]));
+  return volume.m3();
+}
 
 double mean_edge_m(const TriangleMesh& mesh) {
   double sum_m = 0;
@@ -340,10 +356,13 @@ double mean_edge_m(const TriangleMesh& mesh) {
 }  // namespace
 
 TidiedLips tidy_lips(const TriangleMesh& mesh, ParticleView particles, const Grooves& grooves, LipSearch search) {
-  if (search.edge_m == 0) search.edge_m = mean_edge_m(mesh);
+  if (search.edge_m == 0) {
+    search.edge_m = mean_edge_m(mesh);
+    search.body_m3 = rest_volume_m3(mesh);
+  }
   MeshDraft draft(mesh, particles);
   TidiedLips tidied{{}, grooves, search, 0};
-  Tidier tidier(draft, tidied.grooves, search.edge_m);
+  Tidier tidier(draft, tidied.grooves, tidied.search);
   std::size_t changes = 0;
   for (std::size_t looked_at = 0; looked_at < kRungsAStep && changes < kChangesAStep; ++looked_at) {
     const auto rung = std::lower_bound(tidied.grooves.rungs.begin(), tidied.grooves.rungs.end(), tidied.search.next,
