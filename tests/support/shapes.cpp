@@ -102,4 +102,11 @@ TriangleSoup torus(int around, int across, double radius_m, double tube_m) {
   return soup;
 }
 
+TriangleSoup joined(TriangleSoup one, const TriangleSoup& other) {
+  const auto first = static_cast<VertexId>(one.vertices_body_m.size());
+  one.vertices_body_m.insert(one.vertices_body_m.end(), other.vertices_body_m.begin(), other.vertices_body_m.end());
+  for (const auto& t : other.triangles) one.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  return one;
+}
+
 }  // namespace sectio::test

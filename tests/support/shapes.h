@@ -16,4 +16,7 @@ TriangleSoup torus(int around, int across, double radius_m, double tube_m);
 
 TriangleSoup moved(TriangleSoup soup, const Vec3& by_m);
 
+// Both in one mesh; the vertices of the first come first.
+TriangleSoup joined(TriangleSoup one, const TriangleSoup& other);
+
 }  // namespace sectio::test

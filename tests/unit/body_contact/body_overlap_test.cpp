@@ -10,16 +10,12 @@ namespace {
 
 // A loose cube of 6 mm in the mesh of one of 30 mm, at a place.
 std::size_t sunken_at(const Vec3& place_m) {
-  TriangleSoup both = box(6, 6, 6, Vec3::Constant(0.03));
-  const auto first = static_cast<VertexId>(both.vertices_body_m.size());
-  const TriangleSoup loose = box(3, 3, 3, Vec3::Constant(0.006));
-  for (const Vec3& x : loose.vertices_body_m) both.vertices_body_m.push_back(x + place_m);
-  for (const auto& t : loose.triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  const TriangleMesh mesh(both);
+  const TriangleSoup loose = moved(box(3, 3, 3, Vec3::Constant(0.006)), place_m);
+  const TriangleMesh mesh(joined(box(6, 6, 6, Vec3::Constant(0.03)), loose));
   std::vector<Vec3f> now;
   for (const Vec3& x : mesh.rest_body_m()) now.push_back(x.cast<float>());
   const SurfaceView view{mesh, now};
-  SurfaceTree tree(view);
+  const SurfaceTree tree(view);
   return sunken_skin({view, tree});
 }
 

@@ -15,11 +15,9 @@ struct SlabOnItsBed {
   static constexpr double kLong_m = 0.06, kWide_m = 0.02, kThick_m = 0.005;
 
   SlabOnItsBed() {
-    TriangleSoup both = box(24, 8, 2, Vec3(kLong_m, kWide_m, kThick_m));
-    const auto first = static_cast<VertexId>(both.vertices_body_m.size());
-    const TriangleSoup slab = box(22, 9, 2, Vec3(kLong_m, kWide_m, kThick_m));
-    for (const Vec3& x : slab.vertices_body_m) both.vertices_body_m.push_back(x + Vec3(0, 0, kThick_m));
-    for (const auto& t : slab.triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    const TriangleSoup bed = box(24, 8, 2, Vec3(kLong_m, kWide_m, kThick_m));
+    const TriangleSoup slab = moved(box(22, 9, 2, Vec3(kLong_m, kWide_m, kThick_m)), Vec3(0, 0, kThick_m));
+    const TriangleSoup both = joined(bed, slab);
     const TriangleMesh skin(both);
     std::vector<Triangle> triangles(skin.triangles().begin(), skin.triangles().end());
     for (Triangle& t : triangles)
@@ -27,7 +25,7 @@ struct SlabOnItsBed {
         t.surface = Surface::wall;
     mesh = TriangleMesh(both.vertices_body_m, std::vector<std::uint8_t>(both.vertices_body_m.size(), 1), triangles, 0);
     particles = particles_at_rest(mesh.rest_body_m(), {});
-    first_of_slab = first;
+    first_of_slab = static_cast<VertexId>(bed.vertices_body_m.size());
   }
   static bool is_between(const Vec3& rest_body_m) { return std::abs(rest_body_m.z() - kThick_m) < 1e-9; }
 

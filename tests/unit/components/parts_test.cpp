@@ -14,11 +14,7 @@ namespace {
 // Several closed surfaces as one mesh.
 TriangleMesh together(const std::vector<TriangleSoup>& soups) {
   TriangleSoup all;
-  for (const TriangleSoup& soup : soups) {
-    const auto first = static_cast<VertexId>(all.vertices_body_m.size());
-    all.vertices_body_m.insert(all.vertices_body_m.end(), soup.vertices_body_m.begin(), soup.vertices_body_m.end());
-    for (const auto& t : soup.triangles) all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
+  for (const TriangleSoup& soup : soups) all = joined(std::move(all), soup);
   return TriangleMesh(all);
 }
 

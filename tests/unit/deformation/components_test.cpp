@@ -6,6 +6,7 @@
 #include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/shape_matching.h"
 #include "tests/support/random.h"
+#include "tests/support/shapes.h"
 #include "tests/unit/deformation/shapes.h"
 
 namespace sectio::deformation_test {
@@ -14,12 +15,8 @@ namespace {
 using test::Particles;
 
 TriangleMesh two_bodies() {
-  TriangleSoup soup = test::ellipsoid({0.03, 0.02, 0.015}, 2);
-  const auto n = static_cast<VertexId>(soup.vertices_body_m.size());
-  const TriangleSoup other = test::ellipsoid({0.012, 0.01, 0.006}, 1);
-  for (const Vec3& v : other.vertices_body_m) soup.vertices_body_m.push_back(v + Vec3(0, 0, 0.1));
-  for (const auto& t : other.triangles) soup.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
-  return TriangleMesh(soup);
+  return TriangleMesh(test::joined(test::ellipsoid({0.03, 0.02, 0.015}, 2),
+                                   test::moved(test::ellipsoid({0.012, 0.01, 0.006}, 1), Vec3(0, 0, 0.1))));
 }
 
 std::vector<VertexId> piece_of(const TriangleMesh& mesh) {

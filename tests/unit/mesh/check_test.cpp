@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/shapes.h"
+
 namespace sectio::mesh_test {
 namespace {
 
@@ -39,13 +41,6 @@ TriangleSoup torus(std::uint32_t n) {
   return soup;
 }
 
-TriangleSoup joined(TriangleSoup a, const TriangleSoup& b) {
-  const auto offset = static_cast<VertexId>(a.vertices_body_m.size());
-  a.vertices_body_m.insert(a.vertices_body_m.end(), b.vertices_body_m.begin(), b.vertices_body_m.end());
-  for (const auto& t : b.triangles) a.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
-  return a;
-}
-
 TEST(CheckSoup, accepts_a_tetrahedron) {
   const SurfaceReport report = check_soup(tetrahedron());
   EXPECT_TRUE(report.valid()) << report.first_defect;
@@ -76,7 +71,7 @@ TEST(CheckSoup, torus_has_euler_characteristic_zero) {
 }
 
 TEST(CheckSoup, counts_components_and_sums_their_euler_characteristics) {
-  const SurfaceReport report = check_soup(joined(joined(tetrahedron(), torus(5)), octahedron()));
+  const SurfaceReport report = check_soup(test::joined(test::joined(tetrahedron(), torus(5)), octahedron()));
   EXPECT_TRUE(report.valid()) << report.first_defect;
   EXPECT_EQ(report.components, 3u);
   EXPECT_EQ(report.euler_characteristic, 4);
@@ -113,7 +108,7 @@ TEST(CheckSoup, duplicated_triangle_is_not_manifold) {
 
 TEST(CheckSoup, edge_of_four_triangles_is_not_manifold) {
   // Two tetrahedra that share the edge 0-1.
-  TriangleSoup soup = joined(tetrahedron(), tetrahedron());
+  TriangleSoup soup = test::joined(tetrahedron(), tetrahedron());
   soup.vertices_body_m[6] = -Vec3::UnitY();
   soup.vertices_body_m[7] = -Vec3::UnitZ();
   for (auto& t : soup.triangles) {
@@ -129,7 +124,7 @@ TEST(CheckSoup, edge_of_four_triangles_is_not_manifold) {
 
 TEST(CheckSoup, pinched_vertex_is_not_manifold) {
   // Two tetrahedra that touch at vertex 0: every edge is fine, the vertex has two fans.
-  TriangleSoup soup = joined(tetrahedron(), tetrahedron(Vec3(-2, -2, -2)));
+  TriangleSoup soup = test::joined(tetrahedron(), tetrahedron(Vec3(-2, -2, -2)));
   for (auto& t : soup.triangles) {
     for (auto& v : t) v = v == 4 ? 0 : v > 4 ? v - 1 : v;
   }

@@ -11,6 +11,7 @@
 
 #include "common/core/error.h"
 #include "tests/support/random.h"
+#include "tests/support/shapes.h"
 
 namespace sectio::scene_test {
 namespace {
@@ -322,10 +323,7 @@ TEST_F(MeshImport, flipped_and_inside_out_triangles_are_mended) {
 }
 
 TEST_F(MeshImport, cavity_stays_a_cavity) {
-  TriangleSoup soup = cube(3);
-  const TriangleSoup inner = cube(1);
-  for (const Vec3& p : inner.vertices_body_m) soup.vertices_body_m.push_back(p + Vec3(1, 1, 1));
-  for (const auto& t : inner.triangles) soup.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
+  const TriangleSoup soup = test::joined(cube(3), test::moved(cube(1), Vec3(1, 1, 1)));
   EXPECT_NEAR(import_mesh(write("a.obj", obj(soup)), 1).report.volume_m3, 26, 1e-10);
 }
 
@@ -350,11 +348,7 @@ TEST_F(MeshImport, surface_through_itself_is_refused_with_its_place) {
 
 TEST_F(MeshImport, two_parts_may_not_touch_or_cross) {
   for (const double shift : {0.5, 1.0, 1.5}) {
-    TriangleSoup soup = cube();
-    const TriangleSoup other = cube();
-    for (const Vec3& p : other.vertices_body_m) soup.vertices_body_m.push_back(p + Vec3(shift, 0.25, 0.25));
-    for (const auto& t : other.triangles) soup.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
-    const std::string why = refusal_of_obj(soup);
+    const std::string why = refusal_of_obj(test::joined(cube(), test::moved(cube(), Vec3(shift, 0.25, 0.25))));
     EXPECT_EQ(why.empty(), shift > 1) << shift << why;
   }
 }

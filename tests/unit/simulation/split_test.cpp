@@ -59,10 +59,7 @@ BodySpec row_of_balls(FreeParts free_parts, const std::vector<double>& radii_m, 
   double x_m = 0;
   for (const double r : radii_m) {
     const TriangleSoup ball = moved(ellipsoid(2, Vec3::Constant(r)), Vec3(x_m, 0, 0));
-    const auto first = static_cast<VertexId>(spec.mesh.vertices_body_m.size());
-    spec.mesh.vertices_body_m.insert(spec.mesh.vertices_body_m.end(), ball.vertices_body_m.begin(),
-                                     ball.vertices_body_m.end());
-    for (const auto& t : ball.triangles) spec.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    spec.mesh = joined(std::move(spec.mesh), ball);
     x_m += 0.1;
   }
   if (fixed_below_x_m > -1) spec.fixed = Box{Vec3(-1, -1, -1), Vec3(fixed_below_x_m, 1, 1)};

@@ -32,12 +32,9 @@ TEST(FitEllipsoids, an_ellipsoid_is_itself) {
 }
 
 TEST(FitEllipsoids, parts_that_are_apart_have_one_each) {
-  TriangleSoup both = ellipsoid_at(Vec3::Zero(), Vec3::Constant(0.006), Eigen::Quaterniond::Identity());
+  const TriangleSoup one = ellipsoid_at(Vec3::Zero(), Vec3::Constant(0.006), Eigen::Quaterniond::Identity());
   const TriangleSoup other = ellipsoid_at(Vec3(0.03, 0, 0), Vec3(0.004, 0.004, 0.009), Eigen::Quaterniond::Identity());
-  const auto first = static_cast<VertexId>(both.vertices_body_m.size());
-  both.vertices_body_m.insert(both.vertices_body_m.end(), other.vertices_body_m.begin(), other.vertices_body_m.end());
-  for (const auto& t : other.triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  const EllipsoidFit fit = fit_ellipsoids(both, 8);
+  const EllipsoidFit fit = fit_ellipsoids(test::joined(one, other), 8);
   EXPECT_EQ(fit.ellipsoids.size(), 2u);
   EXPECT_GT(fit.overlap, 0.9);
 }
@@ -47,10 +44,7 @@ TEST(FitEllipsoids, more_are_taken_where_one_does_not_do_and_never_too_many) {
   TriangleSoup ring;  // balls
   for (int k = 0; k < 24; ++k) {
     const double angle = 2 * M_PI * k / 24;
-    const auto first = static_cast<VertexId>(ring.vertices_body_m.size());
-    for (const Vec3& p : rod.vertices_body_m)
-      ring.vertices_body_m.push_back(p + 0.012 * Vec3(std::cos(angle), std::sin(angle), 0));
-    for (const auto& t : rod.triangles) ring.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    ring = test::joined(std::move(ring), test::moved(rod, 0.012 * Vec3(std::cos(angle), std::sin(angle), 0)));
   }
   const EllipsoidFit one = fit_ellipsoids(ring, 1), many = fit_ellipsoids(ring, 12);
   EXPECT_EQ(one.ellipsoids.size(), 1u);

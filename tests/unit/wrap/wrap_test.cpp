@@ -19,11 +19,6 @@ TriangleSoup ball(const Vec3& at = Vec3::Zero(), double radius_m = 0.03) {
   for (Vec3& p : soup.vertices_body_m) p += at;
   return soup;
 }
-void add(TriangleSoup& soup, const TriangleSoup& more) {
-  const auto first = static_cast<VertexId>(soup.vertices_body_m.size());
-  soup.vertices_body_m.insert(soup.vertices_body_m.end(), more.vertices_body_m.begin(), more.vertices_body_m.end());
-  for (const auto& t : more.triangles) soup.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-}
 void turn(TriangleSoup& soup) {
   for (auto& t : soup.triangles) std::swap(t[1], t[2]);
 }
@@ -63,8 +58,8 @@ TEST(Wrap, an_open_surface_is_closed) {
 TEST(Wrap, doubled_and_inverted_surfaces_are_one_body) {
   TriangleSoup doubled = ball(), inner = ball(Vec3::Zero(), 0.0295), same = ball();
   turn(inner);
-  add(doubled, inner);
-  add(doubled, same);
+  doubled = test::joined(std::move(doubled), inner);
+  doubled = test::joined(std::move(doubled), same);
   const Wrapped w = wrap(doubled, 0.003);
   expect_good(w, kBall_m3);
   EXPECT_LT(w.furthest_m, w.size_m);
@@ -75,7 +70,7 @@ TEST(Wrap, doubled_and_inverted_surfaces_are_one_body) {
 
 TEST(Wrap, parts_that_cross_become_their_union) {
   TriangleSoup crossing = ball();
-  add(crossing, ball(Vec3(0.03, 0, 0)));
+  crossing = test::joined(std::move(crossing), ball(Vec3(0.03, 0, 0)));
   const double lens_m3 = M_PI * (4 * 0.03 + 0.03) * std::pow(2 * 0.03 - 0.03, 2) / 12;
   const Wrapped w = wrap(crossing, 0.003);
   expect_good(w, 2 * kBall_m3 - lens_m3);
@@ -84,8 +79,8 @@ TEST(Wrap, parts_that_cross_become_their_union) {
 
 TEST(Wrap, parts_that_are_apart_stay_so_and_crumbs_go) {
   TriangleSoup parts = ball();
-  add(parts, ball(Vec3(0.1, 0, 0)));
-  add(parts, ball(Vec3(0.05, 0.05, 0), 0.004));
+  parts = test::joined(std::move(parts), ball(Vec3(0.1, 0, 0)));
+  parts = test::joined(std::move(parts), ball(Vec3(0.05, 0.05, 0), 0.004));
   const Wrapped w = wrap(parts, 0.003);
   expect_good(w, 2 * kBall_m3, 2);
   EXPECT_EQ(w.bubbles, 1u);
@@ -96,7 +91,7 @@ TEST(Wrap, two_open_halves_that_do_not_meet_are_one_body) {
   std::erase_if(halves.triangles, [&](const auto& t) { return halves.vertices_body_m[t[0]].z() > 0; });
   std::erase_if(other.triangles, [&](const auto& t) { return other.vertices_body_m[t[0]].z() <= 0.0005; });
   turn(other);
-  add(halves, other);
+  halves = test::joined(std::move(halves), other);
   const Wrapped w = wrap(halves, 0.003);
   expect_good(w, kBall_m3 + M_PI * 0.03 * 0.03 * 0.0005);
   EXPECT_LT(w.furthest_m, w.size_m);
@@ -116,7 +111,7 @@ TEST(Wrap, edges_of_a_box_are_rounded_within_the_size) {
 TEST(Wrap, a_bottle_with_a_thin_wall_is_filled_up_to_its_mouth) {
   TriangleSoup bottle = ball(), inside = ball(Vec3::Zero(), 0.0295);
   turn(inside);
-  add(bottle, inside);
+  bottle = test::joined(std::move(bottle), inside);
   std::erase_if(bottle.triangles, [&](const auto& t) { return bottle.vertices_body_m[t[0]].z() > 0.029; });
   for (const double size_m : {0.004, 0.003}) {
     const Wrapped w = wrap(bottle, size_m, 0.012 / size_m);  // it sinks 2.8 mm into the mouth, which is 15 mm wide
