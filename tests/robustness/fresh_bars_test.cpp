@@ -26,6 +26,34 @@ std::vector<TracePoint> stroke(const Vec3& through_m, double heading_rad, double
   return trace;
 }
 
+struct Bar {
+  double length_m, width_m, height_m, above_m;  // the last: above z = 0
+  double cut_at_m, held_to_m, floor_z_m;        // along the bar, from its middle; and along z
+};
+
+// Leaves the files of a run in which the bar's end is to come off, and describes it.
+std::string leave_bar(const std::string& directory, const std::string& session, const Bar& bar, const VolumeKeys& keys,
+                      const std::vector<TracePoint>& trace, double speed_m_per_s) {
+  TriangleSoup mesh = box(1, 1, 1, Vec3(bar.length_m, bar.width_m, bar.height_m));
+  mesh = moved(std::move(mesh), Vec3(-bar.length_m / 2, -bar.width_m / 2, bar.above_m));
+  leave_files(directory, mesh, trace);
+  const double freed_ml = 1e6 * (bar.length_m / 2 - bar.cut_at_m) * bar.width_m * bar.height_m;
+  leave_scene(directory, {.session = session,
+                          .expect = "incisions: 1, " + about_freed(freed_ml),
+                          .body = keys,
+                          .held_to_m = bar.held_to_m,
+                          .floor_z_m = bar.floor_z_m,
+                          .duration_s = trace.back().time_s + 1.2,
+                          .shaft_m = 0.13,
+                          .edge_m = 0.126,
+                          .sharp_m = 0.12});
+  std::ostringstream words;
+  words << 1e3 * bar.length_m << " x " << 1e3 * bar.width_m << " x " << 1e3 * bar.height_m << " mm, "
+        << 1e3 * bar.above_m << " mm above 0, " << 1e3 * speed_m_per_s << " mm/s\n"
+        << keys.text();
+  return words.str();
+}
+
 std::string make_bar(std::uint64_t seed, const std::string& directory) {
   Numbers numbers(seed);
   const double length_m = numbers.between(0.06, 0.14), width_m = numbers.between(0.015, 0.04),
@@ -42,28 +70,12 @@ std::string make_bar(std::uint64_t seed, const std::string& directory) {
   keys.free_parts = numbers.one_of(std::array{"deformable", "rigid"});
   keys.tetrahedra = static_cast<int>(numbers.between(1000, 6000));
 
-  TriangleSoup bar = box(1, 1, 1, Vec3(length_m, width_m, height_m));
   const double above_m = lies ? 0 : 0.05;
-  for (Vec3& x : bar.vertices_body_m) x += Vec3(-length_m / 2, -width_m / 2, above_m);
   const auto trace = stroke(Vec3(cut_at_m, 0, above_m + height_m / 2), heading_rad, lean_rad,
                             width_m / 2 / std::cos(heading_rad) + height_m * std::abs(std::tan(lean_rad)) + 0.02,
                             height_m / 2 + (lies ? 0.004 : kBelowBar_m), speed_m_per_s);
-  leave_files(directory, bar, trace);
-  const double freed_ml = 1e6 * (length_m / 2 - cut_at_m) * width_m * height_m;
-  leave_scene(directory, {.session = "bar_" + std::to_string(seed),
-                          .expect = "incisions: 1, " + about_freed(freed_ml),
-                          .body = keys,
-                          .held_to_m = -0.35 * length_m,
-                          .floor_z_m = lies ? -0.0005 : 0,
-                          .duration_s = trace.back().time_s + 1.2,
-                          .shaft_m = 0.13,
-                          .edge_m = 0.126,
-                          .sharp_m = 0.12});
-  std::ostringstream words;
-  words << 1e3 * length_m << " x " << 1e3 * width_m << " x " << 1e3 * height_m << " mm, " << 1e3 * speed_m_per_s
-        << " mm/s\n"
-        << keys.text();
-  return words.str();
+  const Bar bar{length_m, width_m, height_m, above_m, cut_at_m, -0.35 * length_m, lies ? -0.0005 : 0};
+  return leave_bar(directory, "bar_" + std::to_string(seed), bar, keys, trace, speed_m_per_s);
 }
 
 // Soft and thick, close above the floor: while it is cut, the half that sinks to the floor slides along the stump.
@@ -72,32 +84,14 @@ std::string make_sliding_bar(std::uint64_t seed, const std::string& directory) {
   const double length_m = numbers.between(0.07, 0.1), width_m = numbers.between(0.025, 0.045),
                height_m = numbers.between(0.025, 0.035), above_m = numbers.between(0.01, 0.02);
   const double speed_m_per_s = numbers.between(0.02, 0.06), cut_at_m = numbers.between(-0.05, 0.1) * length_m;
-  VolumeKeys keys{numbers.one_of(std::array{"neo_hookean", "tetra_springs", "neo_hookean_lattice"}),
-                  {},
-                  0,
-                  numbers.between(9000, 16000)};
+  const char* model = numbers.one_of(std::array{"neo_hookean", "tetra_springs", "neo_hookean_lattice"});
+  VolumeKeys keys{model, {}, 0, numbers.between(9000, 16000)};
   keys.free_parts = "deformable";
   keys.tetrahedra = static_cast<int>(numbers.between(1500, 4000));
-  TriangleSoup bar = box(1, 1, 1, Vec3(length_m, width_m, height_m));
-  for (Vec3& x : bar.vertices_body_m) x += Vec3(-length_m / 2, -width_m / 2, above_m);
   const auto trace = stroke(Vec3(cut_at_m, 0, above_m + height_m / 2), 0, 0, width_m / 2 + 0.02,
                             height_m / 2 + above_m + 0.005, speed_m_per_s);
-  leave_files(directory, bar, trace);
-  leave_scene(directory,
-              {.session = "sliding_bar_" + std::to_string(seed),
-               .expect = "incisions: 1, " + about_freed(1e6 * (length_m / 2 - cut_at_m) * width_m * height_m),
-               .body = keys,
-               .held_to_m = -0.3 * length_m,
-               .floor_z_m = 0,
-               .duration_s = trace.back().time_s + 1.2,
-               .shaft_m = 0.13,
-               .edge_m = 0.126,
-               .sharp_m = 0.12});
-  std::ostringstream words;
-  words << 1e3 * length_m << " x " << 1e3 * width_m << " x " << 1e3 * height_m << " mm, " << 1e3 * above_m
-        << " mm above the floor, " << 1e3 * speed_m_per_s << " mm/s\n"
-        << keys.text();
-  return words.str();
+  const Bar bar{length_m, width_m, height_m, above_m, cut_at_m, -0.3 * length_m, 0};
+  return leave_bar(directory, "sliding_bar_" + std::to_string(seed), bar, keys, trace, speed_m_per_s);
 }
 
 TEST(FreshBars, come_apart_where_a_knife_goes_through) {
