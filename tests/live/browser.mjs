@@ -137,7 +137,6 @@ class Page {
   }
   async begin_anew() {
     await this.click('Begin anew');
-    await sleep(350);  // a double click is no answer
     await this.click('Begin anew: sure?');
   }
   // Presses, drags through the places and lets go; visit() is called at each place.

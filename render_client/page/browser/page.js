@@ -380,6 +380,7 @@ function show() {
   byId('score_of').hidden = state.score.length === 0 && tries.length === 0;
   show_task();
   show_fields();
+  say_anew();
   byId('cuts').textContent = state.cuts === undefined ? '' : `${state.cuts} cuts, ${state.refused} refused`;
   show_list('lines', JSON.stringify(state.lines.map((l) => l.number)), () =>
     state.lines.map(in_line).reverse());
@@ -403,20 +404,20 @@ function show_fields() {
 
 // ---- begin ----
 
-// All that has been cut is lost to everyone: the first press asks, the second one does it.
+// All that has been cut is lost to everyone: the first press asks, and one that follows it does it, but not at once: a
+// double click is no answer.
+const ANEW = ['Begin anew', 'Begin anew …', 'Begin anew: sure?'];
 let asked_ms = -Infinity;
-function begin_anew() {
+function say_anew() {
   const since_ms = performance.now() - asked_ms;
-  if (since_ms < DOUBLE_MS) return;
-  const is_sure = since_ms < SURE_MS;
-  asked_ms = is_sure ? -Infinity : performance.now();
-  if (is_sure) order('begin_anew');
-  say_anew();
-  if (!is_sure) setTimeout(say_anew, SURE_MS + 1);
+  byId('anew').textContent = ANEW[since_ms >= SURE_MS ? 0 : since_ms < DOUBLE_MS ? 1 : 2];
 }
-const say_anew = () => {
-  byId('anew').textContent = performance.now() - asked_ms < SURE_MS ? 'Begin anew: sure?' : 'Begin anew';
-};
+function begin_anew() {
+  const said = ANEW.indexOf(byId('anew').textContent);
+  if (said === 2) order('begin_anew');
+  if (said !== 1) asked_ms = said === 0 ? performance.now() : -Infinity;
+  say_anew();
+}
 
 // The panel is folded while the screen is small, until somebody says otherwise.
 const small = matchMedia('(max-width: 600px)');
