@@ -16,9 +16,7 @@ constexpr std::size_t kMostWaiting = 1u << 16;
 }  // namespace
 
 void Follower::listen(std::optional<std::uint64_t> leader) {
-  const auto now = Clock::now();
-  const double passed_s = looked_ ? std::min(kLongestLook_s, Seconds(now - *looked_).count()) : 0;
-  looked_ = now;
+  const double passed_s = clock_.look();
   if (epoch_) known_s_ += passed_s;
   if (heard_any_) silence_s_ += passed_s;
   if (!heard_) deaf_s_ += passed_s;

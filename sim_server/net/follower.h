@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/core/attentive_clock.h"
 #include "common/core/unique_id.h"
 #include "sim_server/net/server_endpoints.h"
 
@@ -77,7 +78,7 @@ class Follower {
   bool heard_any_ = false;  // any server has been heard
   double known_s_ = 0, silence_s_ = 0, futile_s_ = 0, deaf_s_ = 0, deaf_after_s_ = kDeaf_s;
   std::uint64_t wanted_ = 0;
-  std::optional<Clock::time_point> looked_;
+  AttentiveClock clock_{kLongestLook_s};
   Clock::time_point asked_{};
 };
 

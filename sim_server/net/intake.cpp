@@ -36,16 +36,17 @@ bool Intake::may_move(const ProgramId& program, std::uint32_t tool_id) {
 }
 
 void Intake::take_samples(std::vector<ToolSample>& samples) {
+  clock_.look();
   while (const auto packet = endpoints_.take<ToolPacket>()) {
     if (!may_move(endpoints_.sender<ToolPacket>(), packet->tool_id)) continue;
     const bool known = packet->tool_id < tools_;
-    const double now_s = steady_now_s();
+    const double now_s = clock_.now_s();
     const bool is_holder = !known || programs_[packet->tool_id].hears(hash_of(endpoints_.sender<ToolPacket>()), now_s);
     if (!is_holder) ++refused_;
     const std::size_t first = samples.size();
     const bool heard = is_holder && deduplicator_.accept(*packet, now_s, samples);
     for (std::size_t i = first; i < samples.size(); ++i)
-      samples[i].pose_world = limits_[packet->tool_id].follow(samples[i], now_s);
+      samples[i].pose_world = limits_[packet->tool_id].follow(samples[i], steady_now_s());
     if (known && is_frozen(frozen_, packet->tool_id)) samples.resize(first);
     if (!known)
       log_limited(LogLevel::warning, "unknown tool",
@@ -58,11 +59,12 @@ void Intake::take_samples(std::vector<ToolSample>& samples) {
 }
 
 std::vector<std::uint32_t> Intake::take_silent_tools() {
-  return deduplicator_.take_silent(steady_now_s());
+  clock_.look();
+  return deduplicator_.take_silent(clock_.now_s());
 }
 
 void Intake::expect(std::uint32_t tool_id) {
-  deduplicator_.expect(tool_id, steady_now_s());
+  deduplicator_.expect(tool_id, clock_.now_s());
 }
 
 void Intake::set_frozen(std::uint32_t tool_id, bool frozen) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "common/core/attentive_clock.h"
 #include "sim_server/net/order_limit.h"
 #include "sim_server/net/sample_deduplicator.h"
 #include "sim_server/net/server_endpoints.h"
@@ -46,6 +47,8 @@ class Intake {
 
   ServerEndpoints& endpoints_;
   std::size_t tools_;
+  static constexpr double kLongestLook_s = 0.1;  // a server that was halted hears later what hands said meanwhile
+  AttentiveClock clock_{kLongestLook_s};
   SampleDeduplicator deduplicator_;
   std::vector<Speaker> programs_;  // by tool: the program that moves it
   std::vector<SpeedLimit> limits_;

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "common/core/log.h"
-#include "common/core/wall_time.h"
 #include "common/messages/epoch.h"
 #include "common/messages/epoch_owners.h"
 #include "sim_server/net/input_feed.h"
@@ -88,26 +87,24 @@ bool Standby::is_to_go_on() {
   const double turn_s = kTurn_s * static_cast<double>(is_far_behind() ? kMostTurns : std::min(before, kMostTurns));
   const bool is_silent = server.silence_s() > turn_s + (server.hears() ? Follower::kTakeOver_s : kFirstWord_s) &&
                          server.known_s() > turn_s + EpochOwners::kWaits_s + Follower::kTakeOver_s;
-  const double since_s = looked_for_s_ - server.silence_s();
+  const double since_s = clock_.now_s() - server.silence_s();
   const bool is_gone =
-      session_.net->others().has_ended(*server.epoch()) || company_.shows_that_it_is_gone(since_s, looked_for_s_);
+      session_.net->others().has_ended(*server.epoch()) || company_.shows_that_it_is_gone(since_s, clock_.now_s());
   if (!is_silent) waits_ = false;
   if (!is_gone) gone_since_s_.reset();
-  if (is_gone && !gone_since_s_) gone_since_s_ = looked_for_s_;
+  if (is_gone && !gone_since_s_) gone_since_s_ = clock_.now_s();
   if (is_silent && !is_gone && !waits_ && server.silence_s() > kCutOff_s) {
     waits_ = true;
     log_warning("hears neither the server nor the hands of the session: it waits until somebody speaks");
   }
-  return is_silent && is_gone && looked_for_s_ - *gone_since_s_ >= turn_s + (waits_ ? kBack_s : 0);
+  return is_silent && is_gone && clock_.now_s() - *gone_since_s_ >= turn_s + (waits_ ? kBack_s : 0);
 }
 
 void Standby::hear_company() {
-  const double now_s = steady_now_s();
-  if (looked_at_s_) looked_for_s_ += std::min(now_s - *looked_at_s_, Follower::kLongestLook_s);
-  looked_at_s_ = now_s;
+  clock_.look();
   const std::uint64_t hands = session_.net->hands_heard(), viewers = session_.net->viewers_heard();
-  if (hands != hands_heard_) company_.hear_hand(looked_for_s_);
-  if (viewers != viewers_heard_) company_.hear_viewer(looked_for_s_);
+  if (hands != hands_heard_) company_.hear_hand(clock_.now_s());
+  if (viewers != viewers_heard_) company_.hear_viewer(clock_.now_s());
   hands_heard_ = hands, viewers_heard_ = viewers;
 }
 
@@ -156,7 +153,7 @@ void Standby::keep_news() {
   hear_company();
   const std::size_t before = session_.input.samples.size();
   session_.net->take_samples(session_.input.samples);
-  if (session_.input.samples.size() > before) company_.hear_hand(looked_for_s_);
+  if (session_.input.samples.size() > before) company_.hear_hand(clock_.now_s());
   if (session_.input.samples.size() > kMostSamplesKept)
     session_.input.samples.erase(session_.input.samples.begin(), session_.input.samples.end() - kMostSamplesKept);
   for (const std::uint32_t tool : session_.net->take_silent_tools()) session_.silent.insert(tool);

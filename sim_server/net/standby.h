@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/core/attentive_clock.h"
 #include "sim_server/net/company.h"
 #include "sim_server/net/live_session.h"
 
@@ -44,8 +45,7 @@ class Standby {
   std::deque<StepRecord> last_inputs_;  // without a journal
   Company company_;
   std::uint64_t hands_heard_ = 0, viewers_heard_ = 0;
-  double looked_for_s_ = 0;  // the clock of Follower::silence_s(): time in which this program was halted doesn't count
-  std::optional<double> looked_at_s_ = {};
+  AttentiveClock clock_{Follower::kLongestLook_s};  // the same as that of Follower::silence_s()
   // In this silence of the server: it waits, and since when others have shown that the server is gone. All standbys
   // hear them at once.
   bool waits_ = false;
