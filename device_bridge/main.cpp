@@ -15,6 +15,7 @@
 #include "common/core/stop_signal.h"
 #include "common/core/wall_time.h"
 #include "common/dds/find_session.h"
+#include "common/dds/keys.h"
 #include "common/dds/network_arguments.h"
 #include "device_bridge/drivers/device_table.h"
 #include "device_bridge/net/bridge_net.h"
@@ -129,8 +130,17 @@ void log_progress(ServoLog& log, const BridgeNet& net) {
 
 constexpr double kSessionPatience_s = 60;
 constexpr double kToBeAnswered_s = 3;
+constexpr const char* kUnheard =
+    "no pose was answered: another bridge moves this instrument, the session plays its own traces, or the link is too "
+    "slow (docs/links.md)";
 constexpr std::chrono::milliseconds kPoll{50};
 constexpr std::chrono::milliseconds kProgress{1000};
+
+bool is_unheard(ServoLog& log, const BridgeNet& net) {
+  ServoRecord r;
+  return net.met_a_server() && !net.session_paused() && log.newest.load(r) && r.model_age_s < 0 &&
+         r.sample.tool_time_s > kToBeAnswered_s;
+}
 
 // False when a signal came first, or none has come in the time that was given.
 bool wait_for_server(const BridgeNet& net, const Signals& signals, double duration_s) {
@@ -163,8 +173,18 @@ int no_server(const NetworkOptions& network) {
   return 1;
 }
 
+// The server doesn't hear it.
+void tell_if_keys_are_for_another_tool(const Options& o) {
+  const std::optional<Keys> keys = Keys::of(o.network);
+  const std::string own = "trainee-" + std::to_string(o.tool_id);
+  if (keys && keys->identity().starts_with("trainee-") && keys->identity() != own)
+    log_warning("--tool-id " + std::to_string(o.tool_id) + ": the keys are those of " + keys->identity() +
+                ": no server will hear it");
+}
+
 int run(Options& o) {
   const Signals signals;
+  tell_if_keys_are_for_another_tool(o);
   PreparedDevice prepared = prepare_device(o.request);
   RecordWriter writer(o.log_file, o.record_file);
   if (!find_session(o.network, o.duration_s > 0 ? std::min(kSessionPatience_s, o.duration_s) : kSessionPatience_s,
@@ -199,6 +219,7 @@ int run(Options& o) {
     writer.drain(log.records);
   });
 
+  bool told_unheard = false;
   DeviceStatus status = DeviceStatus::ready;
   auto next_line = std::chrono::steady_clock::now() + kProgress;
   while (!servo_done) {
@@ -215,6 +236,8 @@ int run(Options& o) {
     status = tell_status(log, status);
     if (std::chrono::steady_clock::now() >= next_line) {
       log_progress(log, net);
+      if (!told_unheard && is_unheard(log, net)) log_warning(kUnheard);
+      told_unheard |= is_unheard(log, net);
       next_line += kProgress;
     }
   }
@@ -234,7 +257,7 @@ int run(Options& o) {
   }
   const double heard_for_s = 1e-9 * static_cast<double>(timing.period_ns) * static_cast<double>(writer.written());
   if (net.met_a_server() && !net.session_paused() && !writer.was_answered() && heard_for_s > kToBeAnswered_s) {
-    log_error("no pose was answered: another bridge moves this instrument, or the link is too slow (docs/links.md)");
+    log_error(kUnheard);
     return 1;
   }
   return net.met_a_server() ? 0 : no_server(o.network);

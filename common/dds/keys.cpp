@@ -10,7 +10,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
+#include <regex>
 
 #include "common/core/error.h"
 #include "common/dds/participant.h"
@@ -32,9 +35,10 @@ using File = Owned<std::FILE, std::fclose>;
 using Certificate = Owned<X509, X509_free>;
 using Name = Owned<X509_NAME, X509_NAME_free>;
 
-constexpr const char* kFiles[] = {"cert.pem",           "key.pem",        "ca.pem",
-                                  "permissions_ca.pem", "governance.p7s", "permissions.p7s"};
 constexpr const char* kRevoked = "revoked.pem";
+constexpr const char* kPermissions = "permissions.p7s";
+constexpr const char* kFiles[] = {"cert.pem",       "key.pem",    "ca.pem", "permissions_ca.pem",
+                                  "governance.p7s", kPermissions, kRevoked};
 constexpr std::size_t kHashedBytes = 6;  // a program's identity: a bit that is set, and 47 of the hash
 
 [[noreturn]] void refuse(const std::string& directory, const std::string& why) {
@@ -68,12 +72,11 @@ std::string last_day_of(const X509* certificate) {
 std::string flaw_of(X509* certificate, X509* authority, const std::string& revocations) {
   const Owned<X509_STORE, X509_STORE_free> store(X509_STORE_new());
   X509_STORE_add_cert(store.get(), authority);
-  if (const File file = open(revocations)) {
-    const Owned<X509_CRL, X509_CRL_free> list(PEM_read_X509_CRL(file.get(), nullptr, nullptr, nullptr));
-    if (!list) return std::string(kRevoked) + " is damaged";
-    X509_STORE_add_crl(store.get(), list.get());
-    X509_STORE_set_flags(store.get(), X509_V_FLAG_CRL_CHECK);
-  }
+  const File file = open(revocations);
+  const Owned<X509_CRL, X509_CRL_free> list(file ? PEM_read_X509_CRL(file.get(), nullptr, nullptr, nullptr) : nullptr);
+  if (!list) return std::string(kRevoked) + " is damaged";
+  X509_STORE_add_crl(store.get(), list.get());
+  X509_STORE_set_flags(store.get(), X509_V_FLAG_CRL_CHECK);
   const Owned<X509_STORE_CTX, X509_STORE_CTX_free> context(X509_STORE_CTX_new());
   X509_STORE_CTX_init(context.get(), store.get(), certificate, nullptr);
   if (X509_verify_cert(context.get()) == 1) return "";
@@ -82,6 +85,25 @@ std::string flaw_of(X509* certificate, X509* authority, const std::string& revoc
   if (error == X509_V_ERR_CERT_HAS_EXPIRED) return "the keys of " + who + " expired on " + last_day_of(certificate);
   if (error == X509_V_ERR_CERT_REVOKED) return "the keys of " + who + " were revoked";
   return "cert.pem: " + std::string(X509_verify_cert_error_string(error));
+}
+
+// The domains that signed permissions allow, if a domain isn't among them: "79", "3 to 9 or 79". Empty: it is, or they
+// name none in this form.
+std::string domains_without(const std::string& permissions, std::uint32_t domain) {
+  std::ifstream file(permissions, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const std::size_t begin = text.find("<domains>"), end = text.find("</domains>");
+  if (begin >= end || end == std::string::npos) return "";
+  const std::string within = text.substr(begin, end - begin);
+  static const std::regex kRange(R"(<id>\s*(\d{1,4})\s*</id>|<min>\s*(\d{1,4})\s*</min>\s*<max>\s*(\d{1,4})\s*</max>)");
+  std::string names;
+  for (std::sregex_iterator at(within.begin(), within.end(), kRange), none; at != none; ++at) {
+    const bool is_one = (*at)[1].matched;
+    const std::string least = (*at)[is_one ? 1 : 2], most = (*at)[is_one ? 1 : 3];
+    if (std::stoul(least) <= domain && domain <= std::stoul(most)) return "";
+    names += (names.empty() ? "" : " or ") + least + (is_one ? "" : " to " + most);
+  }
+  return names;
 }
 
 // The beginning of the identity of every program with a certificate of this name.
@@ -106,7 +128,11 @@ std::optional<Keys> Keys::of(const NetworkOptions& options) {
   const char* named = std::getenv("SECTIO_KEYS");
   const std::string directory = !options.keys.empty() || named == nullptr ? options.keys : named;
   if (directory.empty()) return std::nullopt;
-  return Keys(directory);
+  Keys keys(directory);
+  if (const std::string domains = domains_without(keys.file(kPermissions), options.domain); !domains.empty())
+    refuse(directory, "they are for domain " + domains + ", and this program is in domain " +
+                          std::to_string(options.domain) + " (--domain)");
+  return keys;
 }
 
 Keys::Keys(std::string directory) : directory_(std::move(directory)) {
@@ -124,7 +150,6 @@ Keys::Keys(std::string directory) : directory_(std::move(directory)) {
   identity_ = common_name_of(own.get());
   authority_ = common_name_of(authority.get());
   if (identity_.empty() || authority_.empty()) refuse(directory_, "a certificate has no name (CN)");
-  has_revocations_ = std::filesystem::exists(file(kRevoked));
   directory_ = std::filesystem::absolute(directory_).string();
 }
 
@@ -140,10 +165,10 @@ std::vector<std::pair<std::string, std::string>> Keys::properties() const {
       {"dds.sec.access.plugin", "builtin.Access-Permissions"},
       {access + "permissions_ca", uri("permissions_ca.pem")},
       {access + "governance", uri("governance.p7s")},
-      {access + "permissions", uri("permissions.p7s")},
+      {access + "permissions", uri(kPermissions)},
       {"dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC"},
+      {authentication + "identity_crl", uri(kRevoked)},
   };
-  if (has_revocations_) properties.emplace_back(authentication + "identity_crl", uri(kRevoked));
   return properties;
 }
 

@@ -16,7 +16,7 @@ struct NetworkOptions;
 class Keys {
  public:
   // The keys that the options name, or SECTIO_KEYS in the environment; nothing: the program has none. Throws InputError
-  // with one line for keys that can't be used: damaged, expired, revoked.
+  // with one line for keys that can't be used: damaged, expired, revoked, for other domains.
   static std::optional<Keys> of(const NetworkOptions& options);
 
   const std::string& directory() const { return directory_; }
@@ -32,7 +32,6 @@ class Keys {
 
   std::string directory_;
   std::string authority_, identity_;
-  bool has_revocations_ = false;
 };
 
 // The instrument of a trainee, from the identity of a program that has been authenticated: its first bytes are a hash

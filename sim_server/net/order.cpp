@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/joined.h"
 #include "common/core/log.h"
 #include "common/core/unique_id.h"
@@ -204,7 +205,8 @@ void give_order(NetworkOptions network, SessionOrder order, double patience_s, c
     std::this_thread::sleep_for(kOrderPollPeriod);
   }
   if (servers.refusing() > 0) throw InputError(name + ": " + servers.in_words());
-  throw InputError("session '" + network.session + "': a server did not obey: " + name);
+  throw InputError(formatted("session '%s': no answer of a server within %.3g s: %s; it may be at work on it, and obey",
+                             network.session.c_str(), patience_s, name.c_str()));
 }
 
 }  // namespace sectio

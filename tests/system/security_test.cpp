@@ -119,6 +119,9 @@ TEST_F(Security, a_trainee_moves_no_instrument_but_the_own_one) {
   EXPECT_TRUE(server->wait_for("trainee-1 moves tool 0: it is not heard, because its keys are for tool 1"))
       << server->output();
   EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+  EXPECT_NE(hand->output().find("--tool-id 0: the keys are those of trainee-1: no server will hear it"),
+            std::string::npos)
+      << hand->output();
   EXPECT_EQ(hand->output().find("age of model: 1 ms"), std::string::npos) << hand->output();
 }
 
@@ -132,6 +135,10 @@ TEST_F(Security, expired_and_revoked_keys_are_refused_with_one_line) {
                  "the keys of observer-old expired on 2024-02-03");
   expect_refused(*program("render_client", with_keys("observer-lost", {"--no-pictures"})),
                  "the keys of observer-lost were revoked");
+  run_keys({"make", file("keys"), "--domain", std::to_string(network.domain == 0 ? 1 : 0), "observer-far"});
+  expect_refused(*program("render_client", with_keys("observer-far", {"--no-pictures"})), "they are for domain ");
+  std::filesystem::remove(file("keys/observer-far/revoked.pem"));
+  expect_refused(*program("render_client", with_keys("observer-far", {"--no-pictures"})), "no revoked.pem can be read");
   const auto server = endless_server();
   const auto thief =
       program("render_client", in_session({"--no-pictures", "--duration-s", "3", "--keys", file("thief")}));
