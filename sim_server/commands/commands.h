@@ -15,6 +15,7 @@ Arguments::Action gap_command(Arguments& arguments);
 Arguments::Action schema_command(Arguments& arguments);
 Arguments::Action try_command(Arguments& arguments);
 Arguments::Action traces_command(Arguments& arguments);
+Arguments::Action unfinished_command(Arguments& arguments);
 Arguments::Action servers_command(Arguments& arguments);
 Arguments::Action status_command(Arguments& arguments);
 Arguments::Action tilt_command(Arguments& arguments);

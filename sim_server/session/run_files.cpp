@@ -79,16 +79,27 @@ int newest_try(const std::string& directory) {
   return attempt;
 }
 
+std::optional<std::uint64_t> last_unfinished_step(const std::string& directory, std::uint64_t most_steps) {
+  const std::string newest = try_directory(directory, newest_try(directory));
+  if (!std::filesystem::exists(input_log_path(newest)) || std::filesystem::exists(newest + "/report.json"))
+    return std::nullopt;
+  std::optional<std::uint64_t> last;
+  try {
+    InputLogReader reader(input_log_path(newest));
+    for (std::uint64_t n = 0; n < most_steps; ++n) {
+      const std::optional<StepInputs> inputs = reader.next();
+      if (!inputs) break;
+      last = inputs->steps.front().step;
+    }
+  } catch (const InputError&) {  // nothing that could go on
+  }
+  return last;
+}
+
 void refuse_unfinished(const std::string& directory) {
   if (directory.empty()) return;
   const DirectoryLock lock(directory);
-  const std::string newest = try_directory(directory, newest_try(directory));
-  if (!std::filesystem::exists(input_log_path(newest)) || std::filesystem::exists(newest + "/report.json")) return;
-  try {
-    if (!InputLogReader(input_log_path(newest)).next()) return;
-  } catch (const InputError&) {  // nothing that could go on
-    return;
-  }
+  if (!last_unfinished_step(directory, 1)) return;
   throw InputError(directory + ": holds a session that has not ended: --resume " + directory +
                    " goes on with it; another --export begins a new one");
 }

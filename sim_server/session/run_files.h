@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -23,6 +24,10 @@ class DirectoryLock {
   int file_ = -1;
 };
 
+// The last of the first `most_steps` steps of a session that has not ended, in the newest try of a directory; nothing:
+// the directory holds no such session, or no step of it. Reads them all.
+std::optional<std::uint64_t> last_unfinished_step(const std::string& directory,
+                                                  std::uint64_t most_steps = ~std::uint64_t{0});
 // A session that has not ended may go on: its inputs must not be lost. Throws InputError when a directory, if there is
 // one, holds such ones, or is held by another program.
 void refuse_unfinished(const std::string& directory);

@@ -177,6 +177,38 @@ TEST_F(Service, whose_standby_has_followed_it_stands_by_in_its_turn) {
   EXPECT_EQ(server->exit_code(), 0) << server->output();
 }
 
+// The second death comes before the server has caught up as a standby: its newest journal has less than the one before.
+TEST_F(Service, that_dies_as_a_standby_too_goes_on_with_the_furthest_of_its_journals) {
+  auto server = service("server");
+  ASSERT_TRUE(server->wait_for(" cuts")) << server->output();
+  server->send(SIGKILL);
+  ASSERT_TRUE(server->exit_code());
+  std::filesystem::create_directories(file("var/server/2"));
+  const std::string inputs = file("var/server/1/inputs");
+  std::filesystem::copy_file(inputs, file("var/server/2/inputs"));
+  std::filesystem::resize_file(file("var/server/2/inputs"), std::filesystem::file_size(inputs) / 2);
+  std::filesystem::create_directories(file("var/server/3"));
+  std::filesystem::copy_file(inputs, file("var/server/3/inputs"));
+  std::filesystem::resize_file(file("var/server/3/inputs"), 150);
+  const auto unfinished =
+      program("sim_server", {"unfinished", file("var/server/3"), file("var/server/2"), file("var/server/1")});
+  EXPECT_EQ(unfinished->exit_code(), 0) << unfinished->output();
+  const std::string furthest = unfinished->output().substr(0, unfinished->output().find('\n'));
+  EXPECT_NE(furthest.find("\t" + file("var/server/1")), std::string::npos) << unfinished->output();
+
+  server = service("server");
+  ASSERT_TRUE(server->wait_for("the session goes on after step " + furthest.substr(0, furthest.find('\t'))))
+      << server->output();
+  server->send(SIGTERM);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_TRUE(std::filesystem::exists(file("var/server/1/report.json")));
+  server = service("server");
+  ASSERT_TRUE(server->wait_for("the session begins")) << "what was left of the other journals is none to go on with\n"
+                                                      << server->output();
+  server->send(SIGTERM);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+}
+
 TEST_F(Service, whose_keys_systemd_has_loaded_is_secured) {
   load_keys("server");
   auto server = service("server");
