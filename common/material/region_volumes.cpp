@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/mesh/enclosed_volume.h"
+
 namespace sectio {
 namespace {
 
@@ -56,15 +58,15 @@ class Columns {
       if (t.alive()) add(t);
   }
 
-  // Calls visit(midpoint, length) for pieces of at most a step that cover these intervals.
+  // Calls visit(midpoint, length) for pieces that cover these intervals: of one region each, or of at most a step.
   template <class Visit>
-  void pieces(const Visit& visit) {
+  void pieces(const Regions& regions, const Visit& visit) {
     for (std::size_t c = 0; c < crossings_.size(); ++c) {
       std::ranges::sort(crossings_[c]);
       int depth = 0;
       for (std::size_t k = 0; k + 1 < crossings_[c].size(); ++k) {
         depth += crossings_[c][k].second;
-        if (depth > 0) pieces_between(at(c), crossings_[c][k].first, crossings_[c][k + 1].first, visit);
+        if (depth > 0) pieces_between(regions, at(c), crossings_[c][k].first, crossings_[c][k + 1].first, visit);
       }
     }
   }
@@ -110,13 +112,15 @@ class Columns {
   }
 
   template <class Visit>
-  void pieces_between(const Eigen::Vector2d& p, double low, double high, const Visit& visit) const {
-    for (double z = low; z < high;) {
-      double next = step_m_ * (std::floor(z / step_m_ + 1e-9) + 1);
-      next = std::min(next, high);
-      visit(Vec3(p.x(), p.y(), 0.5 * (z + next)), next - z);
-      z = next;
+  void pieces_between(const Regions& regions, const Eigen::Vector2d& p, double low, double high,
+                      const Visit& visit) const {
+    const Vec3 middle(p.x(), p.y(), 0.5 * (low + high));
+    if (high - low <= step_m_ || is_one_region(regions, middle, 0.5 * (high - low))) {
+      if (high > low) visit(middle, high - low);
+      return;
     }
+    pieces_between(regions, p, low, middle.z(), visit);
+    pieces_between(regions, p, middle.z(), high, visit);
   }
 
   std::span<const Vec3> vertices_;
@@ -151,8 +155,15 @@ RegionVolumes region_volumes(const Regions& regions, std::span<const Vec3> verti
 RegionVolumes region_volumes(const Regions& regions, std::span<const Vec3> vertices,
                              std::span<const Triangle> triangles, double resolution_m) {
   RegionVolumes volumes = none_of(regions);
+  if (regions.empty()) {
+    EnclosedVolume whole;
+    for (const Triangle& t : triangles)
+      if (t.alive()) whole.add(vertices[t.v[0]], vertices[t.v[1]], vertices[t.v[2]]);
+    volumes.other_m3 = whole.m3();
+    return volumes;
+  }
   Columns columns(vertices, triangles, resolution_m);
-  columns.pieces([&](const Vec3& middle, double length_m) {
+  columns.pieces(regions, [&](const Vec3& middle, double length_m) {
     add(volumes, region_at(regions, middle), length_m * resolution_m * resolution_m);
   });
   return volumes;

@@ -4,13 +4,13 @@
 
 namespace sectio {
 
-bool OrderLimit::Buckets::are_open(bool begins_anew, double now_s) {
-  return any.is_open(now_s) && (!begins_anew || anew.is_open(now_s));
+bool OrderLimit::Buckets::are_open(bool takes_long, double now_s) {
+  return any.is_open(now_s) && (!takes_long || long_ones.is_open(now_s));
 }
 
-void OrderLimit::Buckets::take(bool begins_anew) {
+void OrderLimit::Buckets::take(bool takes_long) {
   any.take(1);
-  if (begins_anew) anew.take(1);
+  if (takes_long) long_ones.take(1);
 }
 
 OrderLimit::Buckets& OrderLimit::buckets_of(const ProgramId& program) {
@@ -22,14 +22,14 @@ OrderLimit::Buckets& OrderLimit::buckets_of(const ProgramId& program) {
 
 // A program that gives too many uses up its own share alone.
 bool OrderLimit::allows(const ProgramId& program, OrderKind kind, double now_s) {
-  const bool begins_anew = kind == OrderKind::begin_anew || kind == OrderKind::seek;
+  const bool takes_long = kind == OrderKind::begin_anew || kind == OrderKind::seek || kind == OrderKind::tell_score;
   Buckets& own = buckets_of(program);
-  if (!own.are_open(begins_anew, now_s) || !all_.are_open(begins_anew, now_s)) {
+  if (!own.are_open(takes_long, now_s) || !all_.are_open(takes_long, now_s)) {
     ++refused_;
     return false;
   }
-  own.take(begins_anew);
-  all_.take(begins_anew);
+  own.take(takes_long);
+  all_.take(takes_long);
   return true;
 }
 

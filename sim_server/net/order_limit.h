@@ -19,8 +19,9 @@ class OrderLimit {
     double per_s, burst;
   };
   static constexpr Rate kOfOne{10, 20}, kOfAll{40, 80};
-  // Orders that set up the session once more: to begin anew, and to go to another moment.
-  static constexpr Rate kAnewOfOne{1, 8}, kAnewOfAll{3, 24};
+  // Orders that take longer than a step: to set up the session once more, from its beginning or another moment, and to
+  // weigh what is on the table.
+  static constexpr Rate kLongOfOne{1, 8}, kLongOfAll{3, 24};
 
   // Whether an order of this program may be obeyed now. `now_s`: any steady clock.
   bool allows(const ProgramId& program, OrderKind kind, double now_s);
@@ -29,19 +30,19 @@ class OrderLimit {
  private:
   static constexpr std::size_t kMostPrograms = 64;  // so many find room on a host
   struct Buckets {
-    Buckets(const Rate& a, const Rate& b) : any(a.per_s, a.burst), anew(b.per_s, b.burst) {}
-    bool are_open(bool begins_anew, double now_s);
-    void take(bool begins_anew);
-    TokenBucket any, anew;
+    Buckets(const Rate& a, const Rate& b) : any(a.per_s, a.burst), long_ones(b.per_s, b.burst) {}
+    bool are_open(bool takes_long, double now_s);
+    void take(bool takes_long);
+    TokenBucket any, long_ones;
   };
   struct Program {
     ProgramId id{};
-    Buckets buckets{kOfOne, kAnewOfOne};
+    Buckets buckets{kOfOne, kLongOfOne};
   };
   Buckets& buckets_of(const ProgramId& program);
 
   std::deque<Program> programs_;  // the longest known first
-  Buckets all_{kOfAll, kAnewOfAll};
+  Buckets all_{kOfAll, kLongOfAll};
   std::uint64_t refused_ = 0;
 };
 

@@ -103,32 +103,6 @@ LineScore LineWatch::finish() const {
   return score;
 }
 
-std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh& mesh, PositionsView positions_world_m,
-                                       const Box& bin) {
-  const std::vector<std::uint32_t> component = component_of_triangle(mesh);
-  std::map<std::uint32_t, std::vector<Triangle>> triangles;
-  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t)
-    if (component[t] != kNone) triangles[component[t]].push_back(mesh.triangle(t));
-  const Vec3 margin = Vec3::Constant(kTouches_m);
-  const Box in_or_at{bin.min_world_m - margin, bin.max_world_m + margin};
-  std::vector<TissuePiece> pieces;
-  for (const auto& [id, of_piece] : triangles) {
-    TissuePiece piece{spec.name};
-    const RegionVolumes volumes = region_volumes(spec.regions, mesh.rest_body_m(), of_piece);
-    piece.marked_m3 = volumes.marked_m3(spec.regions);
-    piece.healthy_m3 = volumes.total_m3() - piece.marked_m3;
-    std::size_t corners_outside = 0;
-    for (const Triangle& t : of_piece)
-      for (const VertexId v : t.v) {
-        piece.held_in_place |= spec.holds(mesh.rest_body_m(v));
-        corners_outside += in_or_at.contains(positions_world_m[v].cast<double>()) ? 0 : 1;
-      }
-    piece.in_bin = static_cast<double>(corners_outside) <= kOverhangs * 3 * static_cast<double>(of_piece.size());
-    pieces.push_back(std::move(piece));
-  }
-  return pieces;
-}
-
 ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
     : scene_(scene),
       simulation_(simulation),
@@ -146,11 +120,45 @@ ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
   if (scene.exercise->line && !family_.empty()) line_.emplace(*scene.exercise->line, scene.bodies[family_[0]].pose);
 }
 
+std::vector<TissuePiece> ExerciseScore::pieces_of(std::uint32_t body_id) const {
+  const BodySpec& spec = simulation_.body(body_id);
+  const TriangleMesh& mesh = simulation_.mesh(body_id);
+  const PositionsView positions_world_m = simulation_.positions_world_m(body_id);
+  const Box bin = scene_.exercise->bin.value_or(Box{});
+  const std::vector<std::uint32_t> component = component_of_triangle(mesh);
+  std::map<std::uint32_t, std::vector<Triangle>> triangles;
+  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t)
+    if (component[t] != kNone) triangles[component[t]].push_back(mesh.triangle(t));
+  const Vec3 margin = Vec3::Constant(kTouches_m);
+  const Box in_or_at{bin.min_world_m - margin, bin.max_world_m + margin};
+  Weighed& weighed = weighed_[body_id];
+  if (std::exchange(weighed.revision, mesh.revision()) != mesh.revision()) {
+    weighed.pieces.clear();
+    for (const auto& [id, of_piece] : triangles)
+      weighed.pieces.push_back(region_volumes(spec.regions, mesh.rest_body_m(), of_piece));
+  }
+  std::vector<TissuePiece> pieces;
+  for (const auto& [id, of_piece] : triangles) {
+    TissuePiece piece{spec.name};
+    const RegionVolumes& volumes = weighed.pieces[pieces.size()];
+    piece.marked_m3 = volumes.marked_m3(spec.regions);
+    piece.healthy_m3 = volumes.total_m3() - piece.marked_m3;
+    std::size_t corners_outside = 0;
+    for (const Triangle& t : of_piece)
+      for (const VertexId v : t.v) {
+        piece.held_in_place |= spec.holds(mesh.rest_body_m(v));
+        corners_outside += in_or_at.contains(positions_world_m[v].cast<double>()) ? 0 : 1;
+      }
+    piece.in_bin = static_cast<double>(corners_outside) <= kOverhangs * 3 * static_cast<double>(of_piece.size());
+    pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
 std::vector<TissuePiece> ExerciseScore::pieces() const {
   std::vector<TissuePiece> all;
   for (const std::uint32_t b : family_) {
-    auto of_body = tissue_pieces(simulation_.body(b), simulation_.mesh(b), simulation_.positions_world_m(b),
-                                 scene_.exercise->bin.value_or(Box{}));
+    const std::vector<TissuePiece> of_body = pieces_of(b);
     all.insert(all.end(), of_body.begin(), of_body.end());
   }
   return all;

@@ -25,10 +25,6 @@ struct TissuePiece {
   bool in_bin = false;         // all of it
 };
 
-// The pieces of one body.
-std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh& mesh, PositionsView positions_world_m,
-                                       const Box& bin);
-
 struct InstrumentUse {
   std::string name;
   double path_m = 0;  // path of its tip
@@ -122,6 +118,14 @@ class ExerciseScore {
 
  private:
   std::vector<TissuePiece> pieces() const;
+  std::vector<TissuePiece> pieces_of(std::uint32_t body_id) const;
+
+  // Volumes of the pieces of a body, in the order of their components, as long as its mesh has this revision.
+  struct Weighed {
+    std::optional<std::uint64_t> revision;
+    std::vector<RegionVolumes> pieces;
+  };
+  mutable std::map<std::uint32_t, Weighed> weighed_;  // by body
 
   const Scene& scene_;
   const Simulation& simulation_;

@@ -1,6 +1,7 @@
 #include "sim_server/world/world.h"
 
 #include <algorithm>
+#include <deque>
 #include <string>
 #include <utility>
 
@@ -74,15 +75,16 @@ void SimulatedWorld::find_nested() {
 
 std::vector<BodyOverlap> SimulatedWorld::overlaps() const {
   std::vector<BodyOverlap> found;
+  std::deque<SurfaceTree> trees;  // a body's own one is part of its state
+  for (const auto& body : bodies) trees.emplace_back(body->view());
   for (std::uint32_t a = 0; a < bodies.size(); ++a) {
-    Body& whole = *bodies[a];
-    const SurfaceTree tree(whole.view());  // the body's own one is part of its state
-    if (const std::size_t sunken = sunken_skin({whole.view(), tree})) found.push_back({a, a, 0, sunken});
+    Body& one = *bodies[a];
+    if (const std::size_t sunken = sunken_skin({one.view(), trees[a]})) found.push_back({a, a, 0, sunken});
     for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
-      Body &one = *bodies[a], &other = *bodies[b];
-      const Box3 box = one.bounds_world_m();
-      if (are_nested(one, other) || box.isEmpty() || !box.intersects(other.bounds_world_m())) continue;
-      const auto [deepest_m, come_through] = overlap_of({one.view(), one.tree()}, {other.view(), other.tree()});
+      Body& other = *bodies[b];
+      const Box3 box = trees[a].bounds_world_m();
+      if (are_nested(one, other) || box.isEmpty() || !box.intersects(trees[b].bounds_world_m())) continue;
+      const auto [deepest_m, come_through] = overlap_of({one.view(), trees[a]}, {other.view(), trees[b]});
       if (deepest_m > 0 || come_through > 0) found.push_back({a, b, deepest_m, come_through});
     }
   }

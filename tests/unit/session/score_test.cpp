@@ -46,7 +46,7 @@ TEST(C_EXP, C_EXP_1_half_of_a_marked_ball_is_removed_with_the_healthy_tissue_aro
   EXPECT_NEAR(score.marked_removed_m3, kHalfBall_m3, kGrid * kHalfBall_m3);
   EXPECT_NEAR(score.healthy_lost_m3, 0.03 * 0.04 * 0.04 - kHalfBall_m3, kGrid * kHalfBall_m3);
   EXPECT_TRUE(score.in_bin);
-  EXPECT_EQ(score.marked_in_bin_m3, score.marked_removed_m3);
+  EXPECT_NEAR(score.marked_in_bin_m3, score.marked_removed_m3, 1e-12);
   ASSERT_EQ(score.removed.size(), 1u);
   EXPECT_EQ(score.removed[0].body, "organ");
 }
@@ -92,7 +92,7 @@ TEST(C_EXP, C_EXP_1_instruments_have_paths_forces_and_times) {
   EXPECT_NEAR(result.time_s, 0.07, 0.02);
   EXPECT_EQ(result.instruments[1].path_m, 0);
   const std::vector<std::string> lines = to_lines(result);
-  EXPECT_EQ(lines[0], "marked tissue removed      2.118 ml  (50.5 %)");
+  EXPECT_EQ(lines[0], "marked tissue removed      2.114 ml  (50.5 %)");
   EXPECT_EQ(lines.size(), 6u);
 }
 
