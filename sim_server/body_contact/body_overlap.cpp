@@ -74,6 +74,7 @@ std::size_t sunken_skin(const SearchedSurface& body) {
     const TriangleId skin = mesh.vertex_alive(v) ? skin_at(mesh, v) : kNone;
     if (skin == kNone || component[skin] == largest) continue;
     const std::uint32_t own = component[skin];
+    if (volumes_m3[own] <= 0) continue;  // the wall of a cavity
     const Vec3 normal = area_at(body.view, v).stableNormalized();
     const Vec3 above = body.view.positions_world_m[v].cast<double>() + kOffSurface_m * normal;
     const auto of_others = [&](const Vec3& to) {
