@@ -225,11 +225,21 @@ class Orienter {
     return std::abs(share) > 0.5;
   }
 
+  // A part that crosses another one has corners on both sides of it.
+  bool holds(std::uint32_t other, std::uint32_t c) const {
+    constexpr std::size_t kCorners = 64;  // so many are looked at, far from each other in the file
+    const std::vector<std::uint32_t>& members = members_[c];
+    const std::size_t every = std::max<std::size_t>(1, members.size() / kCorners);
+    for (std::size_t n = 0; n < members.size(); n += every)
+      if (!contains(other, at(members[n], 0))) return false;
+    return true;
+  }
+
   void turn_outward(std::uint32_t c) {
     constexpr std::size_t kMostForCavities = 32;  // more parts than that are no hollow organ
     bool cavity = false;
     for (std::uint32_t other = 0; other < members_.size() && members_.size() <= kMostForCavities; ++other) {
-      if (other != c && contains(other, at(members_[c][0], 0))) cavity = !cavity;
+      if (other != c && holds(other, c)) cavity = !cavity;
     }
     if ((volume(c) < 0) == cavity) return;
     for (const std::uint32_t t : members_[c]) std::swap(soup_.triangles[t][1], soup_.triangles[t][2]);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <unordered_map>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/formatted.h"
@@ -27,15 +29,23 @@ constexpr int kSmoothings = 6;
 constexpr int kBisections = 6;        // per edge of the grid
 constexpr double kLayerCells = 1.75;  // so thick is the layer of balls that bound what is outside
 
-// Labels of triangles that share vertices, from 0.
+// Labels of triangles that share edges, from 0.
 std::vector<std::uint32_t> parts_of(const TriangleSoup& soup, std::uint32_t& count) {
-  DisjointSets together(soup.vertices_body_m.size());
-  for (const auto& t : soup.triangles)
-    for (const VertexId v : {t[1], t[2]}) together.join(v, t[0]);
-  std::vector<std::uint32_t> label(soup.vertices_body_m.size(), kNone), of(soup.triangles.size());
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> edges;  // ends, triangle
+  edges.reserve(3 * soup.triangles.size());
+  for (std::uint32_t t = 0; t < soup.triangles.size(); ++t)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [low, high] = std::minmax(soup.triangles[t][i], soup.triangles[t][(i + 1) % 3]);
+      edges.emplace_back(std::uint64_t{low} << 32 | high, t);
+    }
+  std::sort(edges.begin(), edges.end());
+  DisjointSets together(soup.triangles.size());
+  for (std::size_t n = 1; n < edges.size(); ++n)
+    if (edges[n].first == edges[n - 1].first) together.join(edges[n].second, edges[n - 1].second);
+  std::vector<std::uint32_t> label(soup.triangles.size(), kNone), of(soup.triangles.size());
   count = 0;
   for (std::size_t t = 0; t < of.size(); ++t) {
-    std::uint32_t& name = label[together.root(soup.triangles[t][0])];
+    std::uint32_t& name = label[together.root(static_cast<std::uint32_t>(t))];
     if (name == kNone) name = count++;
     of[t] = name;
   }
@@ -300,7 +310,7 @@ void inflate_to(TriangleSoup& soup, double volume_m3) {
   }
 }
 
-void measure(const SurfaceField& given, Wrapped& w) {
+void measure(const SurfaceField& given, std::span<const Vec3> given_m, Wrapped& w) {
   double sum = 0;
   for (const Vec3& p : w.soup.vertices_body_m) {
     const double far_m = given.distance(p);
@@ -308,6 +318,9 @@ void measure(const SurfaceField& given, Wrapped& w) {
     sum += far_m;
   }
   w.mean_far_m = sum / static_cast<double>(w.soup.vertices_body_m.size());
+  const SurfaceField wrapped(w.soup);
+  for (const Vec3& p : given_m)
+    if (wrapped.winding(p) < 0.5) w.furthest_m = std::max(w.furthest_m, wrapped.distance(p));
   w.volume_m3 = volume_of(w.soup);
   w.least_angle_rad = smallest_angle_rad(w.soup);
 }
@@ -335,7 +348,7 @@ Wrapped wrap(const TriangleSoup& given, double size_m, double fill_sizes) {
   smooth(surface, kSmoothings);
   w.soup = remeshed(surface, w.size_m);
   inflate_to(w.soup, volume_m3);
-  measure(field, w);
+  measure(field, turned.vertices_body_m, w);
   const SurfaceReport report = check_soup(w.soup);
   if (!report.valid() || w.least_angle_rad < kLeastAngle_rad)
     throw InputError("no good triangles of this size: try another one");

@@ -8,11 +8,13 @@
 namespace sectio {
 
 struct Wrapped {
-  TriangleSoup soup;      // closed, oriented, manifold, triangles about equilateral
-  double size_m = 0;      // length of its edges, about
-  double volume_m3 = 0;   // volume inside `soup`
-  double furthest_m = 0;  // from soup to the triangles that were given: across holes it is as far as these are wide
-  double mean_far_m = 0;  // the mean of that
+  TriangleSoup soup;     // closed, oriented, manifold, triangles about equilateral
+  double size_m = 0;     // length of its edges, about
+  double volume_m3 = 0;  // volume inside `soup`
+  // From the soup to the triangles that were given: across holes it is as far as these are wide. Or from corners of
+  // these that are outside the soup to it, if that is further.
+  double furthest_m = 0;
+  double mean_far_m = 0;  // from the soup, the mean
   double least_angle_rad = 0;
   std::size_t bubbles = 0;  // closed surfaces inside, or of less than a hundredth of the whole, that were left out
 };

@@ -77,6 +77,20 @@ TEST(Wrap, parts_that_cross_become_their_union) {
   EXPECT_LT(w.furthest_m, w.size_m);
 }
 
+// One of them is inside out, so that the volumes of both together are nothing.
+TEST(Wrap, parts_that_share_a_corner_become_their_union) {
+  TriangleSoup other = ball(Vec3(0.03, 0, 0));
+  turn(other);
+  TriangleSoup crossing = test::joined(ball(), other);
+  const auto shared = static_cast<VertexId>(ball().vertices_body_m.size());  // the first corner of the other one
+  for (auto& t : crossing.triangles)
+    for (VertexId& v : t)
+      if (v == shared) v = 0;
+  const double lens_m3 = M_PI * (4 * 0.03 + 0.03) * std::pow(2 * 0.03 - 0.03, 2) / 12;
+  const Wrapped w = wrap(crossing, 0.003);
+  EXPECT_NEAR(w.volume_m3 / (2 * kBall_m3 - lens_m3), 1, 0.1) << "the shared corner pulls at the other ball";
+}
+
 TEST(Wrap, parts_that_are_apart_stay_so_and_crumbs_go) {
   TriangleSoup parts = ball();
   parts = test::joined(std::move(parts), ball(Vec3(0.1, 0, 0)));
@@ -84,6 +98,7 @@ TEST(Wrap, parts_that_are_apart_stay_so_and_crumbs_go) {
   const Wrapped w = wrap(parts, 0.003);
   expect_good(w, 2 * kBall_m3, 2);
   EXPECT_EQ(w.bubbles, 1u);
+  EXPECT_GT(w.furthest_m, 0.03) << "the crumb is not in the soup";
 }
 
 TEST(Wrap, two_open_halves_that_do_not_meet_are_one_body) {
