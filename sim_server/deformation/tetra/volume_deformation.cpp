@@ -20,7 +20,7 @@ double edge_of_mean_m(const TetMesh& mesh) {
 }
 
 constexpr double kLayer = 1.0 / 12;     // share of the elements' size: balls on blocks of all sizes need it
-constexpr double kFloorReach_m = 1e-4;  // vertices higher up are stopped after the step in which they fall through
+constexpr double kFloorReach_m = 1e-4;  // vertices higher up, and slow, are stopped after a step if need be
 
 }  // namespace
 
@@ -110,9 +110,11 @@ Pose VolumeDeformation::rest_frame_world(VertexId) const {
 // their own weight, but not the pressure of the tissue above.
 void VolumeDeformation::stand_on_floor(const ParticleState& particles) {
   const std::span<const Vec4f> at_world_m = particles.position_world_m;
+  const double step_s = model_->step_s(), from_rest_m = model_->gravity_m_per_s2().norm() * step_s * step_s;
   for (VertexId v = 0; v < at_world_m.size(); ++v) {
     const double above_m = double{at_world_m[v].z()} - floor_->z_m;
-    if (above_m > kFloorReach_m || model_->inverse_mass_per_kg(v) == 0) continue;
+    const double falls_m = from_rest_m - step_s * double{particles.velocity_world_m_per_s[v].z()};
+    if (above_m > std::max(kFloorReach_m, falls_m) || model_->inverse_mass_per_kg(v) == 0) continue;
     PointConstraint stand = hold(v, {at_world_m[v].x(), at_world_m[v].y(), floor_->z_m});
     stand.unilateral = true;
     stand.sticks = floor_->kept_velocity == 0;  // a speed that is taken away after a step leaves its way: tissue creeps

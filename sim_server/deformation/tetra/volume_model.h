@@ -57,6 +57,7 @@ class VolumeModel {
   // Advances by settings.step_s. One reaction a constraint.
   virtual void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) = 0;
+  double step_s() const { return settings_.step_s; }
   const Vec3& gravity_m_per_s2() const { return settings_.gravity_m_per_s2; }
   virtual void set_gravity(const Vec3& gravity_m_per_s2) { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 

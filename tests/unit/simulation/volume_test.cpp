@@ -9,6 +9,7 @@
 #include "sim_server/meshing/tet_file.h"
 #include "sim_server/simulation.h"
 #include "tests/support/block_scene.h"
+#include "tests/support/shapes.h"
 
 namespace sectio::simulation_test {
 namespace {
@@ -39,6 +40,34 @@ TEST_P(VolumeModels, C_CON_1_fall_onto_the_floor_and_rest_there_whole) {
   ASSERT_FALSE(simulation.body(0).mesh_notes.empty());
   EXPECT_NE(simulation.body(0).mesh_notes[0].find("stable step"), std::string::npos);
   EXPECT_EQ(simulation.body(0).mesh_notes.size(), GetParam() == "neo_hookean" ? 1u : 2u);
+}
+
+// The floor stops tissue that falls onto it within a long step. Tissue that falls through, and is put back after the
+// step, is pressed together like a spring, and throws a body that lies.
+TEST(LongSteps, a_tilted_body_that_falls_to_the_floor_lies_there) {
+  for (const double tilt_rad : {0.3, 0.5, 0.75}) {
+    Scene scene = block_on_table("neo_hookean");
+    scene.step_s = 0.033;
+    scene.bodies[0].volume.driver = "implicit";
+    scene.bodies[0].pose = {Vec3(0, 0, 0.08),
+                            Eigen::Quaterniond(Eigen::AngleAxisd(tilt_rad, Vec3(1, 2, 0).normalized()))};
+    scene.bodies[0].mesh = test::box(6, 6, 6, Vec3::Constant(0.04));
+    scene.bodies[0].material.young_pa = 20000;
+    scene.bodies[0].volume.tetrahedra = 2000;
+    scene.bodies[0].material.damping_per_s = 5;
+    Simulation simulation(prepared(scene));
+    double least_m = 0;
+    std::uint64_t not_met = 0;
+    for (int n = 0; n < 200; ++n) {
+      not_met = simulation.step({}).report.drivers[0].steps_not_met;
+      float lowest = 1;
+      for (const Vec3f& x : simulation.positions_world_m(0)) lowest = std::min(lowest, x.z());
+      if (n > 30) least_m = std::max(least_m, double{lowest});
+    }
+    EXPECT_LT(least_m, 0.002) << tilt_rad;
+    EXPECT_LT(highest_m(simulation), 0.065) << tilt_rad;
+    EXPECT_LT(not_met, 10u) << tilt_rad;
+  }
 }
 
 // The height of the upper surface where the probe presses: that of its vertex nearest to the probe's axis.
@@ -107,6 +136,10 @@ TEST(Volume, tetrahedra_from_a_file_are_the_body) {
   const Simulation simulation(prepared(from_file));
   EXPECT_EQ(simulation.mesh(0).vertex_count(), scene.bodies[0].mesh.vertices_body_m.size());
   EXPECT_NEAR(check(simulation.mesh(0)).volume_m3, check(tets).volume_m3, 1e-12);
+  for (const double unit_m : {0.001, 1000.0}) {
+    from_file.bodies[0].volume.file_unit_m = unit_m;
+    EXPECT_THROW(prepared(from_file), InputError) << "no part of a patient is so small, or so large";
+  }
 }
 
 TEST(Volume, what_can_t_be_filled_is_refused_with_scene_and_body) {
