@@ -289,4 +289,13 @@ std::vector<double> component_rest_volumes_m3(const TriangleMesh& mesh, std::spa
   return m3;
 }
 
+std::string flaw_of_size(std::span<const Vec3> vertices_m) {
+  constexpr double kSmallestBody_m = 1e-3, kLargestBody_m = 5;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : vertices_m) box.extend(p);
+  const double size_m = box.diagonal().norm();
+  if (size_m >= kSmallestBody_m && size_m <= kLargestBody_m) return {};
+  return "the mesh would be " + std::to_string(size_m) + " m across; is its unit another one?";
+}
+
 }  // namespace sectio

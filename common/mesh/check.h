@@ -39,4 +39,7 @@ std::vector<std::uint32_t> component_of_triangle(const TriangleMesh& mesh);
 // The volume at rest of each component, by its label.
 std::vector<double> component_rest_volumes_m3(const TriangleMesh& mesh, std::span<const std::uint32_t> component);
 
+// Empty, or a question for a person: no part of a patient is so large or so small, so the unit may be another one.
+std::string flaw_of_size(std::span<const Vec3> vertices_m);
+
 }  // namespace sectio

@@ -47,7 +47,7 @@ FilledVolume volume_of(const std::string& in, double unit_m, const FillSettings&
     return filled;
   }
   const ImportedMesh surface = import_mesh(in, unit_m);
-  if (const std::string flaw = flaw_of_size(surface.soup); !flaw.empty()) log_warning(in + ": " + flaw);
+  if (const std::string flaw = flaw_of_size(surface.soup.vertices_body_m); !flaw.empty()) log_warning(in + ": " + flaw);
   try {
     filled = fill(surface.soup, settings);
   } catch (const InputError& error) {

@@ -129,7 +129,7 @@ int make_organ(const OrganFlags& flags) {
   if (!parts.empty())
     for (const std::string& inside : flags.inside) parts += "," + inside;
   ImportedMesh organ = import_wrapped(flags.in, unit_m, {parts, 0.001 * flags.size_mm});
-  if (const std::string flaw = flaw_of_size(organ.soup); !flaw.empty())
+  if (const std::string flaw = flaw_of_size(organ.soup.vertices_body_m); !flaw.empty())
     throw InputError("--unit " + flags.unit + ": " + flags.in + ": " + flaw);
   for (const std::string& note : organ.mended) std::printf("%s\n", note.c_str());
   const Box3 box = box_of(organ.soup);

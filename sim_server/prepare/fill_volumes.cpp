@@ -44,6 +44,8 @@ FilledVolume filled(const BodySpec& body, Filling filling) {
     return fill(body.mesh, settings);
   }
   TetFile file = read_tet_file(body.volume.file, body.volume.file_unit_m);
+  if (const std::string flaw = flaw_of_size(file.mesh.vertices_body_m); !flaw.empty())
+    throw InputError(body.volume.file + ": " + flaw);
   FilledVolume volume;
   volume.mesh = std::move(file.mesh);
   volume.notes = std::move(file.notes);

@@ -227,8 +227,8 @@ BodySpec read_body(KeyReader& map, const EngineTraits& traits) {
       "contact",
       [&](KeyReader& part) {
         part.choice("style", body.contact.style, {"vertices", "templates"},
-                    "An instrument that presses moves vertices of the mesh, or temporary particles, which follow "
-                    "its form more closely.");
+                    "An instrument that presses moves vertices of the mesh, or temporary particles on its lines, which "
+                    "follow these more closely, and know nothing of its ball.");
         part.check(
             body.contact.style != "templates" || allowed.templates,
             "templates divide a surface: they need the model " + models_with(traits, &ModelTraits::accepts_templates));

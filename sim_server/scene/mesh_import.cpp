@@ -56,15 +56,6 @@ std::string goes_through_itself(const SelfIntersections& found) {
 
 }  // namespace
 
-std::string flaw_of_size(const TriangleSoup& soup) {
-  constexpr double kSmallestBody_m = 1e-3, kLargestBody_m = 5;
-  Eigen::AlignedBox3d box;
-  for (const Vec3& p : soup.vertices_body_m) box.extend(p);
-  const double size_m = box.diagonal().norm();
-  if (size_m >= kSmallestBody_m && size_m <= kLargestBody_m) return {};
-  return "the mesh would be " + std::to_string(size_m) + " m across; is its unit another one?";
-}
-
 ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRequest& request,
                             const ImportLimits& limits) {
   const auto refuse = [&](const std::string& why) { throw InputError(path + ": " + why); };

@@ -42,7 +42,4 @@ ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRe
 // Throws InputError "FILE: reason, place". Any thread.
 ImportedMesh import_mesh(const std::string& path, double unit_m, const ImportLimits& limits = {});
 
-// Empty, or a question for a person: no part of a patient is so large or so small, so the unit may be another one.
-std::string flaw_of_size(const TriangleSoup& soup);
-
 }  // namespace sectio

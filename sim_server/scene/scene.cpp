@@ -210,7 +210,7 @@ void import_surface(BodySpec& body, const YamlValue& file, const YamlValue& unit
   body.mesh = std::move(mesh.soup);
   body.mesh_notes = std::move(mesh.mended);
   if (mesh.report.components > 1) body.mesh_notes.push_back(std::to_string(mesh.report.components) + " separate parts");
-  if (const std::string flaw = flaw_of_size(body.mesh); !flaw.empty()) unit.fail(flaw);
+  if (const std::string flaw = flaw_of_size(body.mesh.vertices_body_m); !flaw.empty()) unit.fail(flaw);
 }
 
 // Meshes and traces, once every key is known to be good.

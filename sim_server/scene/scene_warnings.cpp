@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "common/core/formatted.h"
 #include "common/math/disjoint_sets.h"
@@ -188,11 +189,13 @@ bool comes_near(const ToolSpec& tool, const std::vector<Vec3>& vertices) {
   const InstrumentKind& kind = instrument_of(tool.kind);
   for (const TracePoint& at : moments_of(tool.trace, kMoments)) {
     const InstrumentShape shape = kind.shape(tool.geometry, {tool.intensity, at.opening_rad, 0});
-    for (const Vec3& point : {shape.a_tool_m, shape.b_tool_m, shape.c_tool_m, shape.d_tool_m, shape.edge_tip_tool_m}) {
-      const Vec3 p = at.pose_world.to_world(point);
-      if (!box.contains(p)) continue;
+    for (const auto& [one, other] : {std::pair(shape.a_tool_m, shape.b_tool_m),
+                                     {shape.c_tool_m, shape.d_tool_m},
+                                     {shape.edge_tip_tool_m, shape.edge_heel_tool_m}}) {
+      const Vec3 from = at.pose_world.to_world(one), to = at.pose_world.to_world(other);
+      if (!box.intersects(Box3(from.cwiseMin(to), from.cwiseMax(to)))) continue;
       for (const Vec3& v : vertices)
-        if ((v - p).squaredNorm() < kFar_m * kFar_m) return true;
+        if (distance_to_segment(v, from, to) < kFar_m) return true;
     }
   }
   return false;

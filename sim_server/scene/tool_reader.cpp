@@ -21,7 +21,8 @@ void read_geometry(KeyReader& map, const InstrumentKind& instrument, ToolGeometr
   if (map.describes() || instrument.geometry.gauge_m > 0)
     length("gauge_m", g.gauge_m, above(0), "For medical scissors only: distance between the two edges.");
   length("sphere_radius_m", g.sphere_radius_m, above_to(0, 0.1),
-         "Radius of a ball about the tip that pushes tissue out of the way.");
+         "Radius of a ball about the tip that pushes tissue out of the way; bodies with contact style templates meet "
+         "the instrument's lines, without it.");
 }
 
 void read_grip(KeyReader& map, const InstrumentKind& instrument, ToolSpec& tool) {

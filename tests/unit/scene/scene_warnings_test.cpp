@@ -51,6 +51,15 @@ TEST(SceneWarnings, a_trace_that_outlasts_the_run_or_never_comes_near) {
   EXPECT_EQ(scene_warnings(scene, 2), Texts()) << "it may be meant for a body of another server";
 }
 
+TEST(SceneWarnings, a_long_blade_may_come_near_with_its_middle_alone) {
+  Scene scene = good_scene();
+  scene.tools[0].kind = "knife";
+  scene.tools[0].geometry = {Vec3(0, 0, -0.5), Vec3(0, 0, 0.5), Vec3(0.002, 0, 0.4), Vec3(0.002, 0, 0.5)};
+  scene.tools[0].geometry.sharp_length_m = 0.8;
+  scene.tools[0].trace.back().pose_world.position_m = Vec3(0.05, 0.05, 0.05);
+  EXPECT_EQ(scene_warnings(scene, 2), Texts());
+}
+
 TEST(SceneWarnings, a_body_below_the_floor) {
   Scene scene = good_scene();
   scene.floor_z_m = 0;
