@@ -67,7 +67,11 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, std::vector<BladeEdge
   way[0] = way[0].moved(-behind_m * begins);
   BladeEdge& to = way[last];
   to = to.moved(further_m * across(to, ends));
-  CutSheet sheet{{way[0].tip_m, way[0].heel_m, to.heel_m, to.tip_m}, {}, exact_sides, exact_sides & kAlong};
+  CutSheet sheet{{way[0].tip_m, way[0].heel_m, to.heel_m, to.tip_m},
+                 {},
+                 exact_sides,
+                 exact_sides & kAlong,
+                 (kBegin | kEnd) & ~exact_sides};
   for (std::size_t k = 1; k < last; ++k) sheet.bends_rest_m.push_back({way[k].tip_m, way[k].heel_m});
 
   std::vector<std::uint32_t> begin;

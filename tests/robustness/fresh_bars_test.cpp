@@ -33,13 +33,13 @@ struct Bar {
 
 // Leaves the files of a run in which the bar's end is to come off, and describes it.
 std::string leave_bar(const std::string& directory, const std::string& session, const Bar& bar, const VolumeKeys& keys,
-                      const std::vector<TracePoint>& trace, double speed_m_per_s) {
+                      const std::vector<TracePoint>& trace, double speed_m_per_s, const std::string& expect = {}) {
   TriangleSoup mesh = box(1, 1, 1, Vec3(bar.length_m, bar.width_m, bar.height_m));
   mesh = moved(std::move(mesh), Vec3(-bar.length_m / 2, -bar.width_m / 2, bar.above_m));
   leave_files(directory, mesh, trace);
   const double freed_ml = 1e6 * (bar.length_m / 2 - bar.cut_at_m) * bar.width_m * bar.height_m;
   leave_scene(directory, {.session = session,
-                          .expect = "incisions: 1, " + about_freed(freed_ml),
+                          .expect = "incisions: 1, " + about_freed(freed_ml) + expect,
                           .body = keys,
                           .held_to_m = bar.held_to_m,
                           .floor_z_m = bar.floor_z_m,
@@ -94,8 +94,27 @@ std::string make_sliding_bar(std::uint64_t seed, const std::string& directory) {
   return leave_bar(directory, "sliding_bar_" + std::to_string(seed), bar, keys, trace, speed_m_per_s);
 }
 
+// The lips of a cut that goes around a bar measure as much as the plane's section with its skin.
+std::string make_bar_with_lips(std::uint64_t seed, const std::string& directory) {
+  Numbers numbers(seed);
+  const double length_m = 0.08, width_m = 0.02, height_m = 0.02, above_m = 0.05;
+  const double cut_at_m = numbers.between(-0.004, 0.012), heading_rad = numbers.between(-0.15, 0.15);
+  const double speed_m_per_s = std::pow(10, numbers.between(-1.2, -0.5));
+  VolumeKeys keys{numbers.one_of(std::array{"neo_hookean", "tetra_springs"}), "rigid", 0, 60000};
+  keys.tetrahedra = static_cast<int>(numbers.between(1500, 4000));
+  const auto trace = stroke(Vec3(cut_at_m, 0, above_m + height_m / 2), heading_rad, 0,
+                            width_m / 2 / std::cos(heading_rad) + 0.02, height_m / 2 + 0.015, speed_m_per_s);
+  const Bar bar{length_m, width_m, height_m, above_m, cut_at_m, -0.01, 0};
+  return leave_bar(directory, "bar_with_lips_" + std::to_string(seed), bar, keys, trace, speed_m_per_s,
+                   ", cut_m: " + about(2 * (width_m / std::cos(heading_rad) + height_m), 0.035));
+}
+
 TEST(FreshBars, come_apart_where_a_knife_goes_through) {
   play(make_bar, 6);
+}
+
+TEST(FreshBars, have_one_lip_on_each_side_of_a_cut) {
+  play(make_bar_with_lips, 12);
 }
 
 TEST(FreshBars, stay_out_of_the_half_that_slides_along_them) {

@@ -107,11 +107,14 @@ tools:
       << scene.shaft_m << "], c_tool_m:\n     [0.002, 0, " << scene.edge_m << "], d_tool_m: [0.002, 0, "
       << scene.shaft_m << "], sharp_length_m: " << scene.sharp_m << "}}\n";
 }
+inline std::string about(double expected, double share) {
+  std::ostringstream out;
+  out << (1 - share) * expected << " to " << (1 + share) * expected;
+  return out.str();
+}
 // One piece, with this volume within 15 %.
 inline std::string about_freed(double ml) {
-  std::ostringstream out;
-  out << "pieces_freed: 1, freed_ml: " << 0.85 * ml << " to " << 1.15 * ml;
-  return out.str();
+  return "pieces_freed: 1, freed_ml: " + about(ml, 0.15);
 }
 
 // make_scene() leaves a scene of that seed in the directory, and returns a line for a person.

@@ -25,7 +25,8 @@ struct CutSheet {
   // Bit i stands for the side of the outline from corner i to the next. `exact`: at these sides the cut ends exactly,
   // inside elements; at the others it ends with the last edges that the sheet crosses. `lasting`: of the exact sides,
   // those whose elements will remain; there the cut ends within a quarter of an edge, for the quality of the elements.
-  std::uint32_t exact = 0, lasting = 0;
+  // `goes_on`: of the others, those beyond which another sheet may go on.
+  std::uint32_t exact = 0, lasting = 0, goes_on = 0;
   // Tip and heel where a sheet with four corners is bent, from its first side to the opposite one.
   std::vector<std::array<Vec3, 2>> bends_rest_m = {};
 };

@@ -11,7 +11,10 @@
 namespace sectio {
 namespace {
 
-constexpr double kLasting = 3;  // factor of the snapping distance at a lasting end
+constexpr double kLasting = 3;   // factor of the snapping distance at a lasting end
+constexpr double kStrays = 0.7;  // the same beside a vertex that the cut has passed
+constexpr double kPassed = 2.5;  // a cut has passed a vertex when it is within so many of the sheet's distances from it
+constexpr double kLooksFrom = 3;  // crossings within so many snapping distances look for others that are closer
 
 struct Crossing {
   VertexId a, b;  // a < b
@@ -28,6 +31,7 @@ class SheetCut {
         shape_(sheet),
         exact_(sheet.exact),
         lasting_(sheet.lasting),
+        goes_on_(sheet.goes_on),
         settings_(settings) {
     for (const VertexId v : sheet.joined) {
       put_on_sheet(v);
@@ -218,11 +222,35 @@ class SheetCut {
 
   void snap() {
     for (const Crossing& c : crossings_) {
-      if (c.t <= settings_.snap || std::abs(height(c.a)) < settings_.close_m) snap_to(c.a);
-      if (c.t >= 1 - settings_.snap || std::abs(height(c.b)) < settings_.close_m) snap_to(c.b);
+      if (is_close(c.a, c.t)) snap_to(c.a);
+      if (is_close(c.b, 1 - c.t)) snap_to(c.b);
       mean_edge_m_ += length_m(c) / static_cast<double>(crossings_.size());
     }
     std::erase_if(crossings_, [&](const Crossing& c) { return side(c.a) == 0 || side(c.b) == 0; });
+  }
+  // Whether the sheet, which crosses an edge of this vertex at `along`, crosses any of them close to it, or would do if
+  // it went on: one that goes on later decides the same, and has no second lip beside the first. A vertex that the cut
+  // has passed close by is left there by a blade that has strayed a little since.
+  bool is_close(VertexId v, double along) const {
+    const double h = height(v), at_m = std::abs(h);
+    if (at_m < settings_.close_m) return true;
+    if (along > kLooksFrom * settings_.snap) return false;
+    const Vec3& rest_m = volume_.vertex(v).rest_body_m;
+    double least = 1;
+    bool is_passed = false;
+    for (const std::uint32_t t : volume_.star(v))
+      for (const VertexId x : volume_.tetrahedra()[t]) {
+        const Vec3 to_x_m = volume_.vertex(x).rest_body_m - rest_m;
+        is_passed |= is_on_sheet(x) && at(x).joined && to_x_m.norm() < kPassed * at_m;
+        if ((height(x) > 0) == (h > 0)) continue;
+        const double there = at_m / (at_m + std::abs(height(x)));
+        if (there < least && crosses(rest_m + there * to_x_m)) least = there;
+      }
+    return least <= (is_passed ? kStrays : 1) * settings_.snap;
+  }
+  // Whether a point in the sheet's plane is in the sheet, or beyond sides where it may go on.
+  bool crosses(const Vec3& p) const {
+    return inside(p) || shape_.inside(p, [&](std::size_t side) { return (goes_on_ >> side & 1) == 0; });
   }
   void snap_to(VertexId v) {
     if (side(v) == 0) return;
@@ -430,7 +458,7 @@ class SheetCut {
   TetTopology& volume_;
   std::vector<std::uint32_t>& place_;  // by vertex, in `met_`, from 1; 0: it is not there
   SheetShape shape_;
-  std::uint32_t exact_, lasting_;
+  std::uint32_t exact_, lasting_, goes_on_;
   TetCutSettings settings_;
   std::uint32_t tets_before_ = 0;
   double mean_edge_m_ = 0;  // mean of the edges that the sheet crosses
