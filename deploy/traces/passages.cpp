@@ -55,6 +55,35 @@ std::vector<Place> lines(std::initializer_list<Line> strokes) {
   return places;
 }
 
+// At each corner the blade turns about the place where it enters the skin, which is ahead of its tip.
+std::vector<Place> corners() {
+  constexpr double kTipBehind_m = 0.0028, kTurn_s = 0.2, kTurnBy_deg = 15, kDepth_m = 0.004, kClear_m = 0.026;
+  const auto tip = [&](const Vec3& enters_m, double ahead_deg) {
+    const double ahead_rad = ahead_deg * M_PI / 180;
+    return Vec3(enters_m - kTipBehind_m * Vec3(std::cos(ahead_rad), std::sin(ahead_rad), 0));
+  };
+  const std::array<Vec3, 5> ends{Vec3(-0.026, 0.010, kDepth_m), Vec3(-0.006, 0.010, kDepth_m),
+                                 Vec3(-0.006, -0.010, kDepth_m), Vec3(0.0113, 0, kDepth_m),
+                                 Vec3(0.0113, -0.012, kDepth_m)};
+  constexpr std::array<double, 4> kAhead_deg{0, -90, 30, -90};
+  const auto clear = [&](const Vec3& x) { return Vec3(x.x(), x.y(), kClear_m); };
+  const Vec3 first = tip(ends.front(), kAhead_deg.front()), last = tip(ends.back(), kAhead_deg.back());
+  std::vector<Place> places{{clear(first), kAhead_deg[0], 0.2}, {first, kAhead_deg[0], 0.1}};
+  for (std::size_t i = 0; i < kAhead_deg.size(); ++i) {
+    places.push_back({tip(ends[i + 1], kAhead_deg[i]), kAhead_deg[i]});
+    if (i + 1 == kAhead_deg.size()) break;
+    const double turn_deg = kAhead_deg[i + 1] - kAhead_deg[i];
+    const int pieces = static_cast<int>(std::abs(turn_deg) / kTurnBy_deg);
+    const double chord_m = 2 * kTipBehind_m * std::sin(std::abs(turn_deg) / pieces * M_PI / 360);
+    for (int k = 1; k <= pieces; ++k) {
+      const double ahead_deg = kAhead_deg[i] + turn_deg * k / pieces;
+      places.push_back({tip(ends[i + 1], ahead_deg), ahead_deg, 0, chord_m * pieces / kTurn_s});
+    }
+  }
+  places.push_back({clear(last), kAhead_deg.back(), 0.1, 0.06});
+  return places;
+}
+
 // A blade that turns late: past each corner it drags the tissue along on its flat side, until it faces its way.
 std::vector<Place> zigzag() {
   constexpr double kLeg_m = 0.012, kSteep_deg = 60, kLate_m = 0.005, kTurned_m = 0.007;
@@ -97,12 +126,7 @@ std::vector<Place> wedge() {
 }
 
 const auto kPassages = std::to_array<Passage>({
-    {.name = "skin_corners",
-     .places = lines({{.tips_world_m = {{-0.026, 0.010, 0.004},
-                                        {-0.006, 0.010, 0.004},
-                                        {-0.006, -0.010, 0.004},
-                                        {0.0113, 0.000, 0.004},
-                                        {0.0113, -0.012, 0.004}}}})},
+    {.name = "skin_corners", .places = corners()},
     {.name = "skin_depth",
      .places = lines({{.tips_world_m = {{-0.024, 0.001, 0.007},
                                         {-0.012, 0.001, 0.001},
