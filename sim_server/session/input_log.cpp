@@ -186,6 +186,11 @@ bool InputLogReader::seek(std::uint64_t byte) {
   return true;
 }
 
+bool InputLogReader::pass(std::uint64_t byte) {
+  while (!record_ && at_ < byte && read()) continue;
+  return at_ == byte;
+}
+
 std::string InputLogReader::damage() const {
   if (at_ == size_ || is_finished()) return {};
   const std::string damaged = path_ + ": damaged at byte " + std::to_string(at_) + ": ";

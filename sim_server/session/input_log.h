@@ -42,6 +42,8 @@ class InputLogReader {
   std::optional<StepInputs> next();
   // Goes on with the record at this byte, of a journal, as whole_bytes() has named it. False: it has fewer.
   bool seek(std::uint64_t byte);
+  // Passes the records up to this byte, of a journal, and looks at their checksums alone. False: they aren't whole.
+  bool pass(std::uint64_t byte);
   // After the last record: where the whole part ends, and a word about the rest; empty when there is none.
   std::uint64_t whole_bytes() const { return at_; }
   std::string damage() const;

@@ -108,6 +108,24 @@ TEST_F(Resume, a_torn_end_is_left_out_with_a_word_and_the_session_goes_on_before
   EXPECT_FALSE(std::filesystem::exists(inputs + ".damaged"));
 }
 
+TEST_F(Resume, a_journal_that_is_damaged_before_its_last_checkpoint_is_not_ok) {
+  auto server = begin({"--play-traces", "--steps", "1800"});
+  ASSERT_EQ(server->exit_code(), 0) << server->output();
+  const std::string inputs = file("out/inputs");
+  std::fstream bytes(inputs, std::ios::binary | std::ios::in | std::ios::out);
+  const auto at = static_cast<std::streamoff>(std::filesystem::file_size(inputs) / 8);
+  bytes.seekg(at);
+  const auto flipped = static_cast<char>(bytes.get() ^ 4);
+  bytes.seekp(at);
+  bytes.put(flipped);
+  bytes.close();
+  server = resume({"--play-traces", "--steps", "1900"});
+  EXPECT_EQ(server->exit_code(), 3) << server->output();
+  EXPECT_NE(server->output().find("the session goes on from its checkpoint of step "), std::string::npos)
+      << server->output();
+  EXPECT_EQ(json("out/report.json")["ok"], false);
+}
+
 TEST_F(Resume, a_journal_that_is_damaged_in_the_middle_is_cut_there_keeps_what_is_cut_off_and_the_session_is_not_ok) {
   const auto bytes_of = [](const std::string& path) {
     std::ifstream bytes(path, std::ios::binary);
