@@ -136,10 +136,9 @@ constexpr const char* kUnheard =
 constexpr std::chrono::milliseconds kPoll{50};
 constexpr std::chrono::milliseconds kProgress{1000};
 
-bool is_unheard(ServoLog& log, const BridgeNet& net) {
+bool has_no_model(ServoLog& log) {
   ServoRecord r;
-  return net.met_a_server() && !net.session_paused() && log.newest.load(r) && r.model_age_s < 0 &&
-         r.sample.tool_time_s > kToBeAnswered_s;
+  return log.newest.load(r) && r.model_age_s < 0;
 }
 
 // False when a signal came first, or none has come in the time that was given.
@@ -173,11 +172,10 @@ int no_server(const NetworkOptions& network) {
   return 1;
 }
 
-// The server doesn't hear it.
+// A server hears a trainee for the own instrument alone.
 void tell_if_keys_are_for_another_tool(const Options& o) {
   const std::optional<Keys> keys = Keys::of(o.network);
-  const std::string own = "trainee-" + std::to_string(o.tool_id);
-  if (keys && keys->identity().starts_with("trainee-") && keys->identity() != own)
+  if (keys && keys->identity().starts_with(kTrainee) && keys->identity() != trainee_of(o.tool_id))
     log_warning("--tool-id " + std::to_string(o.tool_id) + ": the keys are those of " + keys->identity() +
                 ": no server will hear it");
 }
@@ -220,6 +218,7 @@ int run(Options& o) {
   });
 
   bool told_unheard = false;
+  double speaks_since_s = steady_now_s();  // to a server that goes on
   DeviceStatus status = DeviceStatus::ready;
   auto next_line = std::chrono::steady_clock::now() + kProgress;
   while (!servo_done) {
@@ -236,8 +235,11 @@ int run(Options& o) {
     status = tell_status(log, status);
     if (std::chrono::steady_clock::now() >= next_line) {
       log_progress(log, net);
-      if (!told_unheard && is_unheard(log, net)) log_warning(kUnheard);
-      told_unheard |= is_unheard(log, net);
+      if (!(net.met_a_server() && !net.session_paused())) speaks_since_s = steady_now_s();
+      if (!told_unheard && steady_now_s() - speaks_since_s > kToBeAnswered_s && has_no_model(log)) {
+        log_warning(kUnheard);
+        told_unheard = true;
+      }
       next_line += kProgress;
     }
   }

@@ -20,7 +20,8 @@ int main(int argc, char** argv) {
         "try", "plays a scene many times by hands that differ from its traces, and says how often it came out well",
         try_command);
     program.command("schema", "the JSON Schema of scene files, with which editors complete keys", schema_command);
-    program.command("unfinished", "the sessions that --resume goes on with, the furthest first: STEP<tab>DIRECTORY",
+    program.command("unfinished",
+                    "the directory with which --resume goes on, of several of one session: STEP<tab>DIRECTORY",
                     unfinished_command);
     program.command("traces", "the trace of each tool of a scene: NUMBER<tab>FILE", traces_command);
     program.command("servers", "the servers among which a scene divides its bodies: NAME<tab>BODY,BODY",

@@ -87,17 +87,17 @@ std::string flaw_of(X509* certificate, X509* authority, const std::string& revoc
   return "cert.pem: " + std::string(X509_verify_cert_error_string(error));
 }
 
-// The domains that signed permissions allow, if a domain isn't among them: "79", "3 to 9 or 79". Empty: it is, or they
-// name none in this form.
+// The domains for which signed permissions are, if a domain isn't among them: "79", "3 to 9 or 79". Empty: it is, or
+// they say it in a form that is left to DDS.
 std::string domains_without(const std::string& permissions, std::uint32_t domain) {
+  static const std::regex kEntry(
+      R"(<id>\s*(\d{1,4})\s*</id>|<id_range>\s*<min>\s*(\d{1,4})\s*</min>\s*<max>\s*(\d{1,4})\s*</max>)");
+  static const std::regex kOther(R"(<deny_rule>|<id_range>\s*<m(in|ax)>[^<]*</m(in|ax)>\s*</id_range>)");
   std::ifstream file(permissions, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(file)), {});
-  const std::size_t begin = text.find("<domains>"), end = text.find("</domains>");
-  if (begin >= end || end == std::string::npos) return "";
-  const std::string within = text.substr(begin, end - begin);
-  static const std::regex kRange(R"(<id>\s*(\d{1,4})\s*</id>|<min>\s*(\d{1,4})\s*</min>\s*<max>\s*(\d{1,4})\s*</max>)");
+  if (std::regex_search(text, kOther)) return "";
   std::string names;
-  for (std::sregex_iterator at(within.begin(), within.end(), kRange), none; at != none; ++at) {
+  for (std::sregex_iterator at(text.begin(), text.end(), kEntry), none; at != none; ++at) {
     const bool is_one = (*at)[1].matched;
     const std::string least = (*at)[is_one ? 1 : 2], most = (*at)[is_one ? 1 : 3];
     if (std::stoul(least) <= domain && domain <= std::stoul(most)) return "";
@@ -172,10 +172,15 @@ std::vector<std::pair<std::string, std::string>> Keys::properties() const {
   return properties;
 }
 
+std::string trainee_of(std::uint32_t tool_id) {
+  return kTrainee + std::to_string(tool_id);
+}
+
 std::optional<std::uint32_t> instrument_of_trainee(const ProgramId& program) {
   static const auto hashes = [] {
     std::array<std::array<std::uint8_t, kHashedBytes>, kMaxTools> all;
-    for (std::size_t tool = 0; tool < all.size(); ++tool) all[tool] = hash_of_name("trainee-" + std::to_string(tool));
+    for (std::size_t tool = 0; tool < all.size(); ++tool)
+      all[tool] = hash_of_name(trainee_of(static_cast<std::uint32_t>(tool)));
     return all;
   }();
   for (std::size_t tool = 0; tool < hashes.size(); ++tool)

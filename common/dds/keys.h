@@ -34,6 +34,9 @@ class Keys {
   std::string authority_, identity_;
 };
 
+// The name of the trainee who moves an instrument.
+constexpr const char* kTrainee = "trainee-";
+std::string trainee_of(std::uint32_t tool_id);
 // The instrument of a trainee, from the identity of a program that has been authenticated: its first bytes are a hash
 // of the name in its certificate (DDS Security 1.1, 9.3.3). Nothing: not a trainee.
 std::optional<std::uint32_t> instrument_of_trainee(const ProgramId& program);

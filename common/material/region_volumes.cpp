@@ -115,12 +115,15 @@ class Columns {
   void pieces_between(const Regions& regions, const Eigen::Vector2d& p, double low, double high,
                       const Visit& visit) const {
     const Vec3 middle(p.x(), p.y(), 0.5 * (low + high));
-    if (high - low <= step_m_ || is_one_region(regions, middle, 0.5 * (high - low))) {
+    const double first = std::floor(low / step_m_ + 1e-9) + 1, last = std::ceil(high / step_m_ - 1e-9) - 1;
+    if (first > last || is_one_region(regions, middle, 0.5 * (high - low))) {
       if (high > low) visit(middle, high - low);
       return;
     }
-    pieces_between(regions, p, low, middle.z(), visit);
-    pieces_between(regions, p, middle.z(), high, visit);
+    // At multiples of a step, wherever the interval ends: tissue that is cut off above moves no border beneath.
+    const double cut_m = step_m_ * std::clamp(std::round(middle.z() / step_m_), first, last);
+    pieces_between(regions, p, low, cut_m, visit);
+    pieces_between(regions, p, cut_m, high, visit);
   }
 
   std::span<const Vec3> vertices_;
@@ -159,7 +162,7 @@ RegionVolumes region_volumes(const Regions& regions, std::span<const Vec3> verti
     EnclosedVolume whole;
     for (const Triangle& t : triangles)
       if (t.alive()) whole.add(vertices[t.v[0]], vertices[t.v[1]], vertices[t.v[2]]);
-    volumes.other_m3 = whole.m3();
+    volumes.other_m3 = std::max(0.0, whole.m3());  // the wall of a cavity encloses no tissue
     return volumes;
   }
   Columns columns(vertices, triangles, resolution_m);

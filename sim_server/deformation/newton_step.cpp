@@ -9,7 +9,7 @@
 namespace sectio {
 namespace {
 
-constexpr int kMostIterations = 16, kMostProducts = 400, kMostHalvings = 8;
+constexpr int kMostIterations = 8, kMostProducts = 400, kMostHalvings = 8;
 constexpr double kInner = 0.01;       // share of the residual that conjugate gradients may leave,
 constexpr double kLongInner = 0.03;   // in long steps,
 constexpr double kBelow = 0.3;        // and needn't go further below the tolerance than this

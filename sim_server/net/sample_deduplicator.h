@@ -13,7 +13,9 @@ namespace sectio {
 
 class SampleDeduplicator {
  public:
-  static constexpr double kSilence_s = 1;  // an instrument for which nobody speaks for longer is withdrawn
+  // An instrument for which nobody speaks for longer is withdrawn, by the clock of the intake: later by a server whose
+  // steps take long.
+  static constexpr double kSilence_s = 1;
 
   explicit SampleDeduplicator(std::size_t tools) : tools_(tools) {}
 

@@ -225,11 +225,11 @@ class Orienter {
     return std::abs(share) > 0.5;
   }
 
-  // A part that crosses another one has corners on both sides of it.
+  // Some corners are looked at, far from each other in the file: a part that crosses another one has them on both sides.
   bool holds(std::uint32_t other, std::uint32_t c) const {
-    constexpr std::size_t kCorners = 64;  // so many are looked at, far from each other in the file
+    constexpr std::size_t kCorners = 64;
     const std::vector<std::uint32_t>& members = members_[c];
-    const std::size_t every = std::max<std::size_t>(1, members.size() / kCorners);
+    const std::size_t every = (members.size() + kCorners - 1) / kCorners;
     for (std::size_t n = 0; n < members.size(); n += every)
       if (!contains(other, at(members[n], 0))) return false;
     return true;

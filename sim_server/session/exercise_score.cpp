@@ -1,6 +1,7 @@
 #include "sim_server/session/exercise_score.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/core/formatted.h"
 #include "common/mesh/check.h"

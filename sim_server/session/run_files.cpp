@@ -12,6 +12,8 @@
 #include "common/core/error.h"
 #include "common/core/formatted.h"
 #include "common/core/write_file.h"
+#include "common/messages/codec.h"
+#include "common/messages/epoch.h"
 #include "sim_server/session/input_log.h"
 
 namespace sectio {
@@ -79,27 +81,55 @@ int newest_try(const std::string& directory) {
   return attempt;
 }
 
-std::optional<std::uint64_t> last_unfinished_step(const std::string& directory, std::uint64_t most_steps) {
+namespace {
+
+// The inputs of a session that has not ended, in the newest try of a directory; nothing: there are none.
+std::optional<InputLogReader> unfinished_inputs(const std::string& directory) {
   const std::string newest = try_directory(directory, newest_try(directory));
   if (!std::filesystem::exists(input_log_path(newest)) || std::filesystem::exists(newest + "/report.json"))
     return std::nullopt;
-  std::optional<std::uint64_t> last;
   try {
-    InputLogReader reader(input_log_path(newest));
-    for (std::uint64_t n = 0; n < most_steps; ++n) {
-      const std::optional<StepInputs> inputs = reader.next();
-      if (!inputs) break;
-      last = inputs->steps.front().step;
-    }
+    return InputLogReader(input_log_path(newest));
   } catch (const InputError&) {  // nothing that could go on
+    return std::nullopt;
   }
-  return last;
+}
+
+// The same step of the same session, whichever server has run it.
+bool are_same(const StepInputs& one, const StepInputs& other) {
+  const auto bytes = [](const StepInputs& inputs) { return encode(StepInputs{0, 0, inputs.steps}); };
+  return same_session(one.epoch, other.epoch) && bytes(one) == bytes(other);
+}
+
+}  // namespace
+
+std::optional<Furthest> furthest_unfinished(std::span<const std::string> newest_first) {
+  std::optional<Furthest> furthest;
+  for (const std::string& directory : newest_first) {
+    std::optional<InputLogReader> inputs = unfinished_inputs(directory);
+    std::optional<StepInputs> next = inputs ? inputs->next() : std::nullopt;
+    if (!next) continue;
+    std::optional<InputLogReader> newer = furthest ? unfinished_inputs(furthest->directory) : std::nullopt;
+    Furthest here{directory, 0};
+    bool has_all_of_newer = true;
+    for (; next; next = inputs->next()) {
+      here.step = next->steps.front().step;
+      const std::optional<StepInputs> known = newer ? newer->next() : std::nullopt;
+      if (!known)
+        newer.reset();
+      else if (!are_same(*known, *next))
+        has_all_of_newer = false;
+      if (!has_all_of_newer) break;
+    }
+    if (!furthest || (has_all_of_newer && here.step > furthest->step)) furthest = std::move(here);
+  }
+  return furthest;
 }
 
 void refuse_unfinished(const std::string& directory) {
   if (directory.empty()) return;
   const DirectoryLock lock(directory);
-  if (!last_unfinished_step(directory, 1)) return;
+  if (auto inputs = unfinished_inputs(directory); !inputs || !inputs->next()) return;
   throw InputError(directory + ": holds a session that has not ended: --resume " + directory +
                    " goes on with it; another --export begins a new one");
 }

@@ -24,10 +24,14 @@ class DirectoryLock {
   int file_ = -1;
 };
 
-// The last of the first `most_steps` steps of a session that has not ended, in the newest try of a directory; nothing:
-// the directory holds no such session, or no step of it. Reads them all.
-std::optional<std::uint64_t> last_unfinished_step(const std::string& directory,
-                                                  std::uint64_t most_steps = ~std::uint64_t{0});
+// A directory with a session that has not ended, and the last step of its newest try.
+struct Furthest {
+  std::string directory;
+  std::uint64_t step = 0;
+};
+// The first directory that holds a step of such a session; or one after it that has all of its steps and more of them,
+// when the first one's server died as a standby, before it had caught up. Reads all steps.
+std::optional<Furthest> furthest_unfinished(std::span<const std::string> newest_first);
 // A session that has not ended may go on: its inputs must not be lost. Throws InputError when a directory, if there is
 // one, holds such ones, or is held by another program.
 void refuse_unfinished(const std::string& directory);

@@ -106,8 +106,9 @@ Pose VolumeDeformation::rest_frame_world(VertexId) const {
   return frame_;
 }
 
-// Makes the floor a constraint within the step. If vertices were only put back after the step, the floor would carry
-// their own weight, but not the pressure of the tissue above.
+// Makes the floor a constraint within the step, of all that may come to it: a vertex falls g h^2 - h v in an implicit
+// step h, and less in an explicit one. If vertices were only put back after the step, the floor would carry their own
+// weight, but not the pressure of the tissue above.
 void VolumeDeformation::stand_on_floor(const ParticleState& particles) {
   const std::span<const Vec4f> at_world_m = particles.position_world_m;
   const double step_s = model_->step_s(), from_rest_m = model_->gravity_m_per_s2().norm() * step_s * step_s;

@@ -11,10 +11,13 @@
 namespace sectio {
 namespace {
 
-constexpr double kLasting = 3;   // factor of the snapping distance at a lasting end
-constexpr double kStrays = 0.7;  // the same beside a vertex that the cut has passed
-constexpr double kPassed = 2.5;  // a cut has passed a vertex when it is within so many of the sheet's distances from it
-constexpr double kLooksFrom = 3;  // crossings within so many snapping distances look for others that are closer
+constexpr double kLasting = 3;  // factor of the snapping distance at a lasting end
+// Places of a blade along one plane differ by a few hundredths of an edge: the decision about a vertex is kept so long.
+// A cut has passed a vertex when one of its own is nearer to that than so many times the vertex's height over the sheet.
+constexpr double kStrays = 0.7, kPassed = 2.5;
+// Crossings this far from an end, in snapping distances, look for closer ones: with two of them second lips remain, with
+// more a front opens ahead of its blade.
+constexpr double kLooksFrom = 3;
 
 struct Crossing {
   VertexId a, b;  // a < b
@@ -222,8 +225,8 @@ class SheetCut {
 
   void snap() {
     for (const Crossing& c : crossings_) {
-      if (is_close(c.a, c.t)) snap_to(c.a);
-      if (is_close(c.b, 1 - c.t)) snap_to(c.b);
+      if (side(c.a) != 0 && is_close(c.a, c.t)) snap_to(c.a);
+      if (side(c.b) != 0 && is_close(c.b, 1 - c.t)) snap_to(c.b);
       mean_edge_m_ += length_m(c) / static_cast<double>(crossings_.size());
     }
     std::erase_if(crossings_, [&](const Crossing& c) { return side(c.a) == 0 || side(c.b) == 0; });
@@ -250,10 +253,9 @@ class SheetCut {
   }
   // Whether a point in the sheet's plane is in the sheet, or beyond sides where it may go on.
   bool crosses(const Vec3& p) const {
-    return inside(p) || shape_.inside(p, [&](std::size_t side) { return (goes_on_ >> side & 1) == 0; });
+    return shape_.inside(p, [&](std::size_t side) { return (goes_on_ >> side & 1) == 0; });
   }
   void snap_to(VertexId v) {
-    if (side(v) == 0) return;
     put_on_sheet(v);
     ++outcome_.snapped;
   }

@@ -327,6 +327,20 @@ TEST_F(MeshImport, cavity_stays_a_cavity) {
   EXPECT_NEAR(import_mesh(write("a.obj", obj(soup)), 1).report.volume_m3, 26, 1e-10);
 }
 
+// The second one's first corner is in the first one, which makes it no cavity.
+TEST_F(MeshImport, parts_that_cross_are_wrapped_together) {
+  const TriangleSoup one = test::ellipsoid(3, Vec3::Constant(0.03));
+  TriangleSoup other = test::moved(one, Vec3(0.03, 0, 0));
+  const auto inside = std::ranges::find_if(other.triangles, [&](const auto& t) {
+    return std::ranges::all_of(t, [&](VertexId v) { return other.vertices_body_m[v].norm() < 0.02; });
+  });
+  ASSERT_NE(inside, other.triangles.end());
+  std::swap(*inside, other.triangles.front());
+  const double ball_m3 = import_mesh(write("ball.obj", obj(one)), 1).report.volume_m3, lens_m3 = ball_m3 * 5 / 16;
+  const ImportedMesh both = import_wrapped(write("both.obj", obj(test::joined(one, other))), 1, {.size_m = 0.003});
+  EXPECT_NEAR(both.report.volume_m3 / (2 * ball_m3 - lens_m3), 1, 0.02);
+}
+
 TEST_F(MeshImport, duplicate_vertices_and_triangles_are_mended) {
   TriangleSoup soup = cube();
   soup.vertices_body_m.push_back(soup.vertices_body_m[3] + Vec3(4e-7, -4e-7, 4e-7));

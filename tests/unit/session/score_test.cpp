@@ -92,7 +92,7 @@ TEST(C_EXP, C_EXP_1_instruments_have_paths_forces_and_times) {
   EXPECT_NEAR(result.time_s, 0.07, 0.02);
   EXPECT_EQ(result.instruments[1].path_m, 0);
   const std::vector<std::string> lines = to_lines(result);
-  EXPECT_EQ(lines[0], "marked tissue removed      2.114 ml  (50.5 %)");
+  EXPECT_EQ(lines[0], "marked tissue removed      2.118 ml  (50.5 %)");
   EXPECT_EQ(lines.size(), 6u);
 }
 
