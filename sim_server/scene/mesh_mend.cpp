@@ -225,7 +225,7 @@ class Orienter {
     return std::abs(share) > 0.5;
   }
 
-  // Some corners are looked at, far from each other in the file: a part that crosses another one has them on both sides.
+  // Some corners are looked at, far from each other in the file: a part that crosses another has them on both sides.
   bool holds(std::uint32_t other, std::uint32_t c) const {
     constexpr std::size_t kCorners = 64;
     const std::vector<std::uint32_t>& members = members_[c];

@@ -12,11 +12,11 @@ namespace sectio {
 namespace {
 
 constexpr double kLasting = 3;  // factor of the snapping distance at a lasting end
-// Places of a blade along one plane differ by a few hundredths of an edge: the decision about a vertex is kept so long.
-// A cut has passed a vertex when one of its own is nearer to that than so many times the vertex's height over the sheet.
+// Places of a blade along one plane differ by a few hundredths of an edge, which changes no decision about a vertex. A
+// cut has passed a vertex when one of its own is nearer than so many times the vertex's height over the sheet.
 constexpr double kStrays = 0.7, kPassed = 2.5;
-// Crossings this far from an end, in snapping distances, look for closer ones: with two of them second lips remain, with
-// more a front opens ahead of its blade.
+// Crossings this far from an end, in snapping distances, look for closer ones: with 1.5 of them second lips remain, and
+// without a limit a front opens ahead of its blade.
 constexpr double kLooksFrom = 3;
 
 struct Crossing {

@@ -337,7 +337,8 @@ TEST_F(MeshImport, parts_that_cross_are_wrapped_together) {
   ASSERT_NE(inside, other.triangles.end());
   std::swap(*inside, other.triangles.front());
   const double ball_m3 = import_mesh(write("ball.obj", obj(one)), 1).report.volume_m3, lens_m3 = ball_m3 * 5 / 16;
-  const ImportedMesh both = import_wrapped(write("both.obj", obj(test::joined(one, other))), 1, {.part = "", .size_m = 0.003});
+  const ImportedMesh both =
+      import_wrapped(write("both.obj", obj(test::joined(one, other))), 1, {.part = "", .size_m = 0.003});
   EXPECT_NEAR(both.report.volume_m3 / (2 * ball_m3 - lens_m3), 1, 0.02);
 }
 

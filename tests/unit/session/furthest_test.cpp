@@ -1,4 +1,4 @@
-// Which of several journals a server goes on with.
+// A server goes on with one of several journals.
 #include <gtest/gtest.h>
 
 #include <filesystem>
