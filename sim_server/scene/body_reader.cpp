@@ -126,7 +126,8 @@ void read_volume(KeyReader& map, VolumeSpec& v, const Allowed& allowed, const En
              "Program that fills the surface with tetrahedra; best: the one whose stable step is larger.");
   map.number("tetrahedra", v.tetrahedra, between(12, 5e6), "About how many.");
   map.default_of("about 2000 cells in the body")
-      .number("cell_m", v.cell_m, between(1e-5, 1), only_for("cell_m") + "edge of a hexahedron.");
+      .number("cell_m", v.cell_m, between(1e-5, 1),
+              only_for("cell_m") + "edge of a hexahedron. Presses ask for six tetrahedra a cell.");
   map.choice("driver", v.driver, {"automatic", "implicit"},
              "A step is taken explicitly where that is stable (automatic), or always implicitly.");
   map.number("second_share", v.second_share, between(0, 0.95),

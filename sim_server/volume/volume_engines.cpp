@@ -99,10 +99,19 @@ BodyEngines engines_around(std::unique_ptr<VolumeModel> model, VolumePart part, 
 
 constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
 
-std::string note_on(const HexSolid& solid) {
-  return formatted("hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
-                   solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
-                   1e3 * solid.explicit_limit_s());
+// Presses meet the surface of the tetrahedra, which the cells carry: a coarse one gives another force at each place.
+constexpr double kFewTets = 4, kEnoughTets = 6;  // a cell's volume
+
+std::string note_on(const HexSolid& solid, const TetMesh& tets) {
+  const double cells = check(tets).volume_m3 / std::pow(solid.lattice().grid.cell_m, 3);
+  std::string note =
+      formatted("hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
+                solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
+                1e3 * solid.explicit_limit_s());
+  if (static_cast<double>(tets.tetrahedra.size()) < kFewTets * cells)
+    note += formatted("; a press feels where its %zu tetrahedra meet, which are coarse for these: %.0f are fine",
+                      tets.tetrahedra.size(), kEnoughTets * cells);
+  return note;
 }
 
 BodyEngines spring_engines(const EngineSite& site, VolumePart part, TetSpringOptions options,
@@ -162,8 +171,9 @@ BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
 
 void prepare_lattice(BodySpec& body) {
   if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(check(body.tets).volume_m3 / kCells);
-  body.mesh_notes.push_back(note_on(HexSolid(body.tets, grid_around(body.tets, body.volume.cell_m),
-                                             volume_material(body.material), {}, integrator_of(body))));
+  const HexSolid solid(body.tets, grid_around(body.tets, body.volume.cell_m), volume_material(body.material), {},
+                       integrator_of(body));
+  body.mesh_notes.push_back(note_on(solid, body.tets));
 }
 
 void prepare_tetra_springs(BodySpec& body) {

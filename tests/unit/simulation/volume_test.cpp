@@ -142,6 +142,16 @@ TEST(Volume, tetrahedra_from_a_file_are_the_body) {
   }
 }
 
+TEST(Volume, a_lattice_says_when_its_tetrahedra_are_coarse_for_its_cells) {
+  for (const double tetrahedra : {800.0, 9000.0}) {
+    Scene scene = block_on_table("neo_hookean_lattice");
+    scene.bodies[0].volume.cell_m = 0.005;
+    scene.bodies[0].volume.tetrahedra = tetrahedra;
+    EXPECT_EQ(prepared(scene).bodies[0].mesh_notes.back().find("coarse for these") != std::string::npos,
+              tetrahedra < 4000);
+  }
+}
+
 TEST(Volume, what_can_t_be_filled_is_refused_with_scene_and_body) {
   Scene scene = block_on_table("neo_hookean");
   scene.file = "a.yaml";
