@@ -176,7 +176,7 @@ class Messenger {
   void report() {
     while (const auto status = endpoints_.take<ServerStatus>()) {
       clock_.hear(steady_now_s(), packet_.source, *status);
-      handover_.paused = status->speed == 0;
+      handover_.paused = status->speed == 0 || status->step == 0;
     }
     const double now_s = steady_now_s(), span_s = now_s - reported_s_;
     if (span_s < kReportInterval_s) return;

@@ -34,7 +34,7 @@ class BridgeNet {
   std::uint32_t servers() const;  // servers that listen now
   bool met_a_server() const;      // a server has listened at any time
   bool session_ended() const;
-  bool session_paused() const;
+  bool session_paused() const;           // or it has not begun: it waits for somebody
   std::optional<Camera> camera() const;  // camera of the first scene that has come
   bool lacks_tool() const;               // scenes have come, and none of them has our tool
 
