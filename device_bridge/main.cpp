@@ -118,14 +118,16 @@ class NetLink : public ServoLink, public WishSource {
   ToolWish wish_;
 };
 
-void log_progress(ServoLog& log, const BridgeNet& net) {
+// True when a model has come.
+bool log_progress(ServoLog& log, const BridgeNet& net) {
   ServoRecord r;
-  if (!log.newest.load(r)) return;
+  if (!log.newest.load(r)) return true;
   const std::string age = r.too_old_s > 0     ? formatted("%.0f ms, too old to be felt", 1000 * r.too_old_s)
                           : r.model_age_s < 0 ? "no model yet"
                                               : std::to_string(std::lround(1000 * r.model_age_s)) + " ms";
   log_info(formatted("%.1f s, force %.2f N, age of model: %s, overruns: %llu, servers: %u", r.sample.tool_time_s,
                      r.force_world_n.norm(), age.c_str(), static_cast<unsigned long long>(r.overruns), net.servers()));
+  return r.model_age_s >= 0;
 }
 
 constexpr double kSessionPatience_s = 60;
@@ -135,11 +137,6 @@ constexpr const char* kUnheard =
     "slow (docs/links.md)";
 constexpr std::chrono::milliseconds kPoll{50};
 constexpr std::chrono::milliseconds kProgress{1000};
-
-bool has_no_model(ServoLog& log) {
-  ServoRecord r;
-  return log.newest.load(r) && r.model_age_s < 0;
-}
 
 // False when a signal came first, or none has come in the time that was given.
 bool wait_for_server(const BridgeNet& net, const Signals& signals, double duration_s) {
@@ -234,9 +231,9 @@ int run(Options& o) {
     }
     status = tell_status(log, status);
     if (std::chrono::steady_clock::now() >= next_line) {
-      log_progress(log, net);
+      const bool is_answered = log_progress(log, net);
       if (!(net.met_a_server() && !net.session_paused())) speaks_since_s = steady_now_s();
-      if (!told_unheard && steady_now_s() - speaks_since_s > kToBeAnswered_s && has_no_model(log)) {
+      if (!told_unheard && steady_now_s() - speaks_since_s > kToBeAnswered_s && !is_answered) {
         log_warning(kUnheard);
         told_unheard = true;
       }
