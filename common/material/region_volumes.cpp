@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/mesh/enclosed_volume.h"
+#include "common/mesh/check.h"
 
 namespace sectio {
 namespace {
@@ -159,10 +159,7 @@ RegionVolumes region_volumes(const Regions& regions, std::span<const Vec3> verti
                              std::span<const Triangle> triangles, double resolution_m) {
   RegionVolumes volumes = none_of(regions);
   if (regions.empty()) {
-    EnclosedVolume whole;
-    for (const Triangle& t : triangles)
-      if (t.alive()) whole.add(vertices[t.v[0]], vertices[t.v[1]], vertices[t.v[2]]);
-    volumes.other_m3 = std::max(0.0, whole.m3());  // the wall of a cavity encloses no tissue
+    volumes.other_m3 = std::max(0.0, enclosed_m3(vertices, triangles));  // the wall of a cavity encloses no tissue
     return volumes;
   }
   Columns columns(vertices, triangles, resolution_m);

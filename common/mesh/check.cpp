@@ -275,6 +275,13 @@ std::vector<std::uint32_t> component_of_triangle(const TriangleMesh& mesh) {
   return label;
 }
 
+double enclosed_m3(std::span<const Vec3> vertices_m, std::span<const Triangle> triangles) {
+  EnclosedVolume volume;
+  for (const Triangle& t : triangles)
+    if (t.alive()) volume.add(vertices_m[t.v[0]], vertices_m[t.v[1]], vertices_m[t.v[2]]);
+  return volume.m3();
+}
+
 std::vector<double> component_rest_volumes_m3(const TriangleMesh& mesh, std::span<const std::uint32_t> component) {
   std::vector<EnclosedVolume> volumes;
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {

@@ -36,6 +36,9 @@ SurfaceReport check_soup(const TriangleSoup& soup);
 
 // Component label (0, 1, ...) of every triangle slot, in the order of their lowest triangle; kNone for dead slots.
 std::vector<std::uint32_t> component_of_triangle(const TriangleMesh& mesh);
+// The volume that live triangles enclose together.
+double enclosed_m3(std::span<const Vec3> vertices_m, std::span<const Triangle> triangles);
+
 // The volume at rest of each component, by its label.
 std::vector<double> component_rest_volumes_m3(const TriangleMesh& mesh, std::span<const std::uint32_t> component);
 

@@ -23,7 +23,7 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
       steps(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
       progress(steps),
       pace(options.speed) {
-  const std::uint64_t last_step = options.until_s < 0 ? ~std::uint64_t{0} : steps_until(options.until_s, scene.step_s);
+  const std::uint64_t last_step = options.until_s < 0 ? kAllSteps : steps_until(options.until_s, scene.step_s);
   const std::string directory = try_directory(options.directory, options.attempt);
   if (options.resume != directory) refuse_unfinished(directory);
   if (options.resume.empty() && !options.record.empty()) refuse_unfinished_record(options.record);

@@ -28,6 +28,8 @@ std::string to_json(const InputLogHeader& header);
 constexpr const char* kRecordHeader = "session";
 constexpr const char* kInputTopic = "step_inputs";
 
+constexpr std::uint64_t kAllSteps = ~std::uint64_t{0};  // up to the last one that is there
+
 // DIRECTORY/inputs, or the record itself.
 std::string input_log_path(const std::string& directory_or_record);
 bool is_input_log(const std::string& path);  // or a record

@@ -34,7 +34,7 @@ Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& aft
 
 std::string rerun_report(InputLogReader& reader, Simulation& simulation, Rerun& run, std::uint64_t steps_run) {
   run = rerun(
-      reader, simulation, [](const StepInputs&, const StepOutput&) {}, ~std::uint64_t{0}, steps_run);
+      reader, simulation, [](const StepInputs&, const StepOutput&) {}, kAllSteps, steps_run);
   const bool same = run.difference.empty();
   std::string lines = std::to_string(run.steps) + " steps\n";
   if (steps_run > 0) lines = "from the checkpoint of step " + std::to_string(steps_run) + " to " + lines;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "common/core/error.h"
@@ -56,6 +57,35 @@ int opened_to_read(const std::string& path) {
   return ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
 }
 
+// The inputs of a session that has not ended, in the newest try of a directory; null: there are none.
+std::unique_ptr<InputLogReader> unfinished_inputs(const std::string& directory) {
+  const std::string newest = try_directory(directory, newest_try(directory));
+  if (!std::filesystem::exists(input_log_path(newest)) || std::filesystem::exists(newest + "/report.json"))
+    return nullptr;
+  try {
+    return std::make_unique<InputLogReader>(input_log_path(newest));
+  } catch (const InputError&) {  // nothing that could go on
+    return nullptr;
+  }
+}
+
+// The same step of the same session, whichever server has run it.
+bool are_same(const StepInputs& one, const StepInputs& other) {
+  const auto bytes = [](const StepInputs& inputs) { return encode(StepInputs{0, 0, inputs.steps}); };
+  return same_session(one.epoch, other.epoch) && bytes(one) == bytes(other);
+}
+
+// The last step of a journal; nothing: it has none, or is not the same as a newer one, as far as both go.
+std::optional<std::uint64_t> last_step(std::unique_ptr<InputLogReader> inputs, std::unique_ptr<InputLogReader> newer) {
+  std::optional<std::uint64_t> last;
+  while (const std::optional<StepInputs> next = inputs ? inputs->next() : std::nullopt) {
+    const std::optional<StepInputs> known = newer ? newer->next() : std::nullopt;
+    if (known && !are_same(*known, *next)) return std::nullopt;
+    last = next->steps.front().step;
+  }
+  return last;
+}
+
 }  // namespace
 
 std::string try_directory(const std::string& directory, int attempt) {
@@ -81,47 +111,12 @@ int newest_try(const std::string& directory) {
   return attempt;
 }
 
-namespace {
-
-// The inputs of a session that has not ended, in the newest try of a directory; nothing: there are none.
-std::optional<InputLogReader> unfinished_inputs(const std::string& directory) {
-  const std::string newest = try_directory(directory, newest_try(directory));
-  if (!std::filesystem::exists(input_log_path(newest)) || std::filesystem::exists(newest + "/report.json"))
-    return std::nullopt;
-  try {
-    return InputLogReader(input_log_path(newest));
-  } catch (const InputError&) {  // nothing that could go on
-    return std::nullopt;
-  }
-}
-
-// The same step of the same session, whichever server has run it.
-bool are_same(const StepInputs& one, const StepInputs& other) {
-  const auto bytes = [](const StepInputs& inputs) { return encode(StepInputs{0, 0, inputs.steps}); };
-  return same_session(one.epoch, other.epoch) && bytes(one) == bytes(other);
-}
-
-}  // namespace
-
 std::optional<Furthest> furthest_unfinished(std::span<const std::string> newest_first) {
   std::optional<Furthest> furthest;
   for (const std::string& directory : newest_first) {
-    std::optional<InputLogReader> inputs = unfinished_inputs(directory);
-    std::optional<StepInputs> next = inputs ? inputs->next() : std::nullopt;
-    if (!next) continue;
-    std::optional<InputLogReader> newer = furthest ? unfinished_inputs(furthest->directory) : std::nullopt;
-    Furthest here{directory, 0};
-    bool has_all_of_newer = true;
-    for (; next; next = inputs->next()) {
-      here.step = next->steps.front().step;
-      const std::optional<StepInputs> known = newer ? newer->next() : std::nullopt;
-      if (!known)
-        newer.reset();
-      else if (!are_same(*known, *next))
-        has_all_of_newer = false;
-      if (!has_all_of_newer) break;
-    }
-    if (!furthest || (has_all_of_newer && here.step > furthest->step)) furthest = std::move(here);
+    const auto step =
+        last_step(unfinished_inputs(directory), furthest ? unfinished_inputs(furthest->directory) : nullptr);
+    if (step && (!furthest || *step > furthest->step)) furthest = {directory, *step};
   }
   return furthest;
 }

@@ -50,10 +50,11 @@ std::unique_ptr<SessionRun> SessionRun::resumed(const Scene& scene, const Past& 
   if (reader.header().state_hash == run->header_.state_hash && run->jump(past.directory, past.last_step, reader))
     inputs_bytes = reader.whole_bytes();
   const std::uint64_t jumped = run->steps_;
-  if (InputLogReader before(path); inputs_bytes && !elsewhere && !before.pass(*inputs_bytes))
-    run->recorder_->not_ok(formatted("%s: damaged at byte %" PRIu64 ": the session goes on from its checkpoint of step "
-                                     "%" PRIu64 ", and can't be simulated again",
-                                     path.c_str(), before.whole_bytes(), jumped));
+  if (inputs_bytes && !elsewhere)
+    if (InputLogReader before(path); !before.pass(*inputs_bytes))
+      run->recorder_->not_ok(formatted("%s: damaged at byte %" PRIu64 ": the session goes on from its checkpoint of "
+                                       "step %" PRIu64 ", and can't be simulated again",
+                                       path.c_str(), before.whole_bytes(), jumped));
   if (!inputs_bytes) run->recorder_->begin_journal();
   if (inputs_bytes && elsewhere && !copy_beginning(path, input_log_path(directory), *inputs_bytes))
     throw InputError(path + ": can't be copied");
@@ -69,7 +70,7 @@ std::unique_ptr<SessionRun> SessionRun::resumed(const Scene& scene, const Past& 
   if (!done.difference.empty())
     throw InputError(path + ": the simulation is not the one that wrote it: " + done.difference);
   if (done.steps < past.last_step && !reader.damage().empty()) {
-    const bool goes_back = past.last_step != ~std::uint64_t{0};
+    const bool goes_back = past.last_step != kAllSteps;
     if (goes_back && !reader.is_torn()) throw InputError(reader.damage());
     if (elsewhere || reader.is_torn())
       run->recorder_->warn(reader.damage());

@@ -26,7 +26,7 @@ class SessionRun {
   // The steps after its last checkpoint (session/checkpoint.h) are run again; of a record all of them.
   struct Past {
     std::string directory;  // or the record
-    std::uint64_t last_step = ~std::uint64_t{0};
+    std::uint64_t last_step = kAllSteps;
   };
   // `last_epoch`: the one that the session had last; nothing when it had not begun. Throws InputError when it is the
   // journal of another scene or of another version.

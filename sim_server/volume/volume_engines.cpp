@@ -102,15 +102,15 @@ constexpr double kCells = 2000;  // in a body whose scene doesn't say how large 
 // Presses meet the surface of the tetrahedra, which the cells carry: a coarse one gives another force at each place.
 constexpr double kFewTets = 4, kEnoughTets = 6;  // a cell's volume
 
-std::string note_on(const HexSolid& solid, const TetMesh& tets) {
-  const double cells = check(tets).volume_m3 / std::pow(solid.lattice().grid.cell_m, 3);
+std::string note_on(const HexSolid& solid, std::size_t tetrahedra, double volume_m3) {
+  const double cells = volume_m3 / std::pow(solid.lattice().grid.cell_m, 3);
   std::string note =
       formatted("hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
                 solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
                 1e3 * solid.explicit_limit_s());
-  if (static_cast<double>(tets.tetrahedra.size()) < kFewTets * cells)
+  if (static_cast<double>(tetrahedra) < kFewTets * cells)
     note += formatted("; a press feels where its %zu tetrahedra meet, which are coarse for these: %.0f are fine",
-                      tets.tetrahedra.size(), kEnoughTets * cells);
+                      tetrahedra, kEnoughTets * cells);
   return note;
 }
 
@@ -170,10 +170,11 @@ BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
 }
 
 void prepare_lattice(BodySpec& body) {
-  if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(check(body.tets).volume_m3 / kCells);
+  const double volume_m3 = check(body.tets).volume_m3;
+  if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(volume_m3 / kCells);
   const HexSolid solid(body.tets, grid_around(body.tets, body.volume.cell_m), volume_material(body.material), {},
                        integrator_of(body));
-  body.mesh_notes.push_back(note_on(solid, body.tets));
+  body.mesh_notes.push_back(note_on(solid, body.tets.tetrahedra.size(), volume_m3));
 }
 
 void prepare_tetra_springs(BodySpec& body) {

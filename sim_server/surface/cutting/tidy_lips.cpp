@@ -11,7 +11,7 @@
 
 #include "common/core/sort_unique.h"
 #include "common/math/intersect.h"
-#include "common/mesh/enclosed_volume.h"
+#include "common/mesh/check.h"
 #include "sim_server/surface/cutting/incisions.h"
 
 namespace sectio {
@@ -335,13 +335,6 @@ class Tidier {
   double edge_m_;
 };
 
-double rest_volume_m3(const TriangleMesh& mesh) {
-  EnclosedVolume volume;
-  for (const Triangle& t : mesh.triangles())
-    if (t.alive()) volume.add(mesh.rest_body_m(t.v[0]), mesh.rest_body_m(t.v[1]), mesh.rest_body_m(t.v[2]));
-  return volume.m3();
-}
-
 double mean_edge_m(const TriangleMesh& mesh) {
   double sum_m = 0;
   std::size_t count = 0;
@@ -358,7 +351,7 @@ double mean_edge_m(const TriangleMesh& mesh) {
 TidiedLips tidy_lips(const TriangleMesh& mesh, ParticleView particles, const Grooves& grooves, LipSearch search) {
   if (search.edge_m == 0) {
     search.edge_m = mean_edge_m(mesh);
-    search.body_m3 = rest_volume_m3(mesh);
+    search.body_m3 = enclosed_m3(mesh.rest_body_m(), mesh.triangles());
   }
   MeshDraft draft(mesh, particles);
   TidiedLips tidied{{}, grooves, search, 0};
