@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/messages/codec.h"
 #include "common/messages/epoch.h"
 
 namespace sectio {
@@ -10,6 +11,13 @@ namespace sectio {
 namespace {
 
 constexpr int kStatesOfAServer = 5;  // one message alone says little about who holds a session
+
+// All that a scene's file says, without what a session adds to it: its epoch, and parts that have come off.
+std::vector<std::uint8_t> scene_alone(SceneInfo info, const std::vector<std::string>& world_bodies) {
+  info.epoch = 0;
+  std::erase_if(info.bodies, [&](const BodyInfo& body) { return std::ranges::count(world_bodies, body.name) == 0; });
+  return encode(info);
+}
 
 }  // namespace
 
@@ -57,6 +65,7 @@ void OtherServers::listen() {
       if (ours && known.body.empty()) known.body = body.name;
     }
     known.same_world = other->world_bodies == own_.world_bodies;
+    known.same_scene = scene_alone(*other, own_.world_bodies) == scene_alone(own_, own_.world_bodies);
   }
   while (const auto header = endpoints_.take<StateHeader>()) {
     const std::lock_guard lock(mutex_);
@@ -104,6 +113,19 @@ bool OtherServers::has_ended(std::uint64_t epoch) const {
   const std::lock_guard lock(mutex_);
   const auto other = others_.find(epoch);
   return other != others_.end() && other->second.ended;
+}
+
+bool OtherServers::has_our_scene(std::uint64_t epoch) const {
+  const std::lock_guard lock(mutex_);
+  const auto other = others_.find(epoch);
+  return other != others_.end() && other->second.same_scene;
+}
+
+bool OtherServers::is_among_strangers() const {
+  const std::lock_guard lock(mutex_);
+  return !others_.empty() && std::ranges::all_of(others_, [](const auto& other) {
+    return other.second.body.empty() && !other.second.same_world;
+  });
 }
 
 bool OtherServers::speaks(const Other& other) const {

@@ -39,6 +39,10 @@ class OtherServers {
   // has been heard.
   std::optional<std::uint64_t> leader() const;
   bool has_ended(std::uint64_t epoch) const;
+  // The server announces what this one does: a scene with other instruments, tasks or looks is another one.
+  bool has_our_scene(std::uint64_t epoch) const;
+  // Servers are known, and none of them has our scene's bodies.
+  bool is_among_strangers() const;
   // Another server runs a session with our bodies.
   bool is_held() const;
   // This server has this epoch from now on. No other function may run meanwhile.
@@ -80,6 +84,7 @@ class OtherServers {
     ProgramId program{};         // the one that announced it
     bool after_absence = false;  // announced when this server had been away
     bool same_world = false;
+    bool same_scene = false;
     bool ended = false;
   };
 

@@ -70,6 +70,10 @@ void Standby::begin_after(std::uint64_t steps) {
 void Standby::notice_another_server() {
   const Follower& server = session_.net->follower();
   if (!server.hears() || followed_ == *server.epoch()) return;
+  if (!session_.net->others().has_our_scene(*server.epoch()))
+    throw std::runtime_error(
+        "the server runs another scene, with other instruments, looks or an exercise of its own: "
+        "this is no standby for it");
   if (followed_ != 0) {
     chances_ = kChances;
     in_step_ = false;
@@ -138,7 +142,9 @@ void Standby::go_back(const std::string& why) {
 // Two programs that start in the same moment on a busy machine may know of each other in one direction alone, for good:
 // Fast DDS sends what it believes to be known to a peer never again. A new participant is known to both.
 void Standby::rejoin_if_servers_are_there() {
-  if (session_.net->servers_known() > 0)
+  if (session_.net->others().is_among_strangers())
+    log_warning("the session's server has other bodies, and this one can't stand by for it: it waits for another one");
+  else if (session_.net->servers_known() > 0)
     session_.net->rejoin("hears nothing of the server for which it stands by");
   else
     log_info("no server of the session is there yet");

@@ -277,6 +277,32 @@ TEST_F(Standby, that_has_another_scene_says_at_which_step_it_differs_and_leaves)
       << second->output();
 }
 
+TEST_F(Standby, of_a_scene_that_looks_otherwise_says_so_and_leaves) {
+  const auto first = one("first", {"--play-traces", "--endless"});
+  ASSERT_TRUE(first->wait_for("the session begins")) << first->output();
+  std::string text = scene_with_young("5400");
+  const std::string view = "field_of_view_deg: 28";
+  ASSERT_NE(text.find(view), std::string::npos);
+  text.replace(text.find(view), view.size(), "field_of_view_deg: 40");
+  write("other.yaml", text);
+  const auto second = program("sim_server", in_session({"--scene", file("other.yaml"), "--standby"}));
+  EXPECT_EQ(second->exit_code(), 1) << second->output();
+  EXPECT_NE(second->output().find("the server runs another scene"), std::string::npos) << second->output();
+}
+
+TEST_F(Standby, of_other_bodies_says_that_it_waits_for_another_server) {
+  Endpoints<Reads<>, Writes<SceneInfo, SessionEnd>> server(network, kServerName);
+  SceneInfo scene = mute_scene(network.session);
+  scene.world_bodies = {"kidney"};
+  scene.bodies = {{"kidney"}};
+  ASSERT_TRUE(server.write(scene));
+  const auto second = one("second", {"--standby"});
+  EXPECT_TRUE(second->wait_for("the session's server has other bodies, and this one can't stand by for it"))
+      << second->output();
+  second->send(SIGINT);
+  second->exit_code();
+}
+
 // The hand's force over the death of the server, from the bridge's own log.
 TEST_F(Standby, hands_the_instrument_over_without_a_jolt) {
   const auto second = one("second", {"--standby", "--endless"});
