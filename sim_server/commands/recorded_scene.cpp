@@ -17,6 +17,7 @@ std::string journal_at(const std::string& path) {
 Scene recorded_scene(const std::string& input_log) {
   const InputLogHeader header = InputLogReader(input_log).header();
   Scene scene = planned(load_scene(header.scene, standard_traits()), standard_engines());
+  if (!header.session.empty()) scene.session = header.session;
   if (header.bodies.size() < scene.bodies.size()) keep_bodies(scene, header.bodies, input_log);
   return prepared(std::move(scene));
 }

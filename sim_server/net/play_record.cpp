@@ -138,7 +138,7 @@ class RecordServer {
         if (order.sim_time_s >= record_.end_s()) return go_to_end();
         return go_to(order.sim_time_s, EventKind::sought, "the record is shown from ");
       case OrderKind::tell_score:
-        return tell(EventKind::score_told, "a record has no score: sim_server replay simulates its inputs");
+        return refuse(order, "a record is shown, not scored: sim_server replay simulates its inputs, and scores them");
       case OrderKind::freeze:
       case OrderKind::tilt:
         return refuse(order, "what is played again is as it was");

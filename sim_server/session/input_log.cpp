@@ -90,7 +90,7 @@ template <class Text>
 std::optional<InputLogHeader> header_from_json(const Text& text) {
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
   try {
-    return InputLogHeader{json.at("scene"), json.at("bodies"), json.at("state_hash")};
+    return InputLogHeader{json.at("scene"), json.at("bodies"), json.at("state_hash"), json.value("session", "")};
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   }
@@ -99,7 +99,11 @@ std::optional<InputLogHeader> header_from_json(const Text& text) {
 }  // namespace
 
 std::string to_json(const InputLogHeader& header) {
-  return nlohmann::json{{"scene", header.scene}, {"bodies", header.bodies}, {"state_hash", header.state_hash}}.dump();
+  return nlohmann::json{{"scene", header.scene},
+                        {"bodies", header.bodies},
+                        {"state_hash", header.state_hash},
+                        {"session", header.session}}
+      .dump();
 }
 
 std::string input_log_path(const std::string& directory_or_record) {

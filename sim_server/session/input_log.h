@@ -20,6 +20,7 @@ struct InputLogHeader {
   std::string scene;                // the file, with its whole path
   std::vector<std::string> bodies;  // bodies of this server
   std::uint64_t state_hash = 0;     // before the first step
+  std::string session = {};         // empty: the one that the scene names
 };
 
 std::string to_json(const InputLogHeader& header);

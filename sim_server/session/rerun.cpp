@@ -32,9 +32,9 @@ Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& aft
   return result;
 }
 
-std::string rerun_report(InputLogReader& reader, Simulation& simulation, Rerun& run, std::uint64_t steps_run) {
-  run = rerun(
-      reader, simulation, [](const StepInputs&, const StepOutput&) {}, kAllSteps, steps_run);
+std::string rerun_report(InputLogReader& reader, Simulation& simulation, Rerun& run, const AfterStep& after,
+                         std::uint64_t steps_run) {
+  run = rerun(reader, simulation, after, kAllSteps, steps_run);
   const bool same = run.difference.empty();
   std::string lines = std::to_string(run.steps) + " steps\n";
   if (steps_run > 0) lines = "from the checkpoint of step " + std::to_string(steps_run) + " to " + lines;

@@ -24,6 +24,7 @@ Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& aft
             std::uint64_t steps_run = 0);
 
 // For a person: `sim_server replay`. The simulation is as its session was at the end.
-std::string rerun_report(InputLogReader& reader, Simulation& simulation, Rerun& run, std::uint64_t steps_run = 0);
+std::string rerun_report(InputLogReader& reader, Simulation& simulation, Rerun& run, const AfterStep& after,
+                         std::uint64_t steps_run = 0);
 
 }  // namespace sectio

@@ -25,6 +25,7 @@ SessionRun::SessionRun(const Scene& scene, const std::string& directory, bool fr
   if (!scene.file.empty()) header_.scene = std::filesystem::absolute(scene.file).string();
   for (const BodySpec& body : scene.bodies) header_.bodies.push_back(body.name);
   header_.state_hash = state_hash_of(simulation_);
+  header_.session = scene.session;
   if (!fresh) return;
   recorder_->forget_report();
   recorder_->begin_journal();

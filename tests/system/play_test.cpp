@@ -71,6 +71,9 @@ TEST_F(Play, goes_to_any_moment_of_a_record_and_ends_as_it_did) {
   EXPECT_NEAR(shown_s(), 0.5, 0.1);
   give("seek", {"--to-s", "3"});
   EXPECT_NEAR(shown_s(), 3, 0.1);
+  const auto score = program("sim_server", in_session({"score", "--patience-s", "60"}));
+  EXPECT_NE(score->exit_code(), 0) << score->output();
+  EXPECT_NE(score->output().find("a record is shown, not scored"), std::string::npos) << score->output();
   give("go-on");
   give("seek", {"--to-s", "1e9"});
   EXPECT_TRUE(server->wait_for("paused at the end of the record")) << server->output();
