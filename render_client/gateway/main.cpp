@@ -2,6 +2,7 @@
 #include <arpa/inet.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <random>
 
@@ -50,6 +51,8 @@ bool parse(int argc, char** argv, Options& o) {
     if (token.size() > kMaxTokenBytes || token.find_first_of("#/?&% ") != std::string::npos)
       throw InputError(std::string(flag) + ": expected at most " + std::to_string(kMaxTokenBytes) +
                        " characters without #/?&% or blanks");
+  if (std::error_code unknown; !std::filesystem::is_directory(o.web.directory, unknown))
+    throw InputError("--page: no directory: " + o.web.directory);
   if (in_addr ignored; inet_pton(AF_INET, o.web.address.c_str(), &ignored) != 1)
     throw InputError("--address: expected an IPv4 address, got " + o.web.address);
   check_network_options(o.network);

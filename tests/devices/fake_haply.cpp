@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/core/arguments.h"
+#include "common/core/error.h"
 #include "common/core/wall_time.h"
 #include "common/math/trace.h"
 
@@ -114,10 +116,8 @@ int callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc < 2) return 2;
+int serve(int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') throw InputError("usage: fake_haply TRACE.csv [PORT] [VERSION]");
   Service service;
   service.trace = load_trace(argv[1]);
   service.version = argc > 3 ? argv[3] : "3.5.0.0";
@@ -145,4 +145,10 @@ int main(int argc, char** argv) {
               service.key.c_str(), service.introduced ? "introduced" : "not introduced");
   lws_context_destroy(context);
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_program("fake_haply", [&] { return serve(argc, argv); });
 }
