@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sectio {
 namespace {
@@ -10,8 +11,24 @@ constexpr double kPart_m = 1e-4;  // length of the parts into which a motion is 
 constexpr int kMostParts = 64;
 constexpr double kJumps_m = 0.02;    // a way this long in a step is no motion
 constexpr double kNowhere_m = 1e-9;  // a shorter way has no direction
+constexpr double kNothing_n = 1e-3;  // a weaker front has let go
+constexpr double kSudden = 1.25;     // a front that is so many times as strong as before has met another one
+
+double stiffness_of(double strength_n) {
+  return std::min(BladeFront::kStiffest_n_per_m, strength_n / BladeFront::kYields_m);
+}
 
 }  // namespace
+
+double BladeFront::stiffness_n_per_m() const {
+  return stiffness_of(strength_n_);
+}
+
+void BladeFront::begin_step(double step_s) {
+  const double left = std::exp(-step_s / kEbbs_s);
+  least_n_ = strength_n_ > kNothing_n ? left * strength_n_ : 0;
+  if (std::exchange(ebbs_, false)) stretched_m_ *= left;
+}
 
 void BladeFront::move(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
                       double toughness_j_per_m2) {
@@ -39,8 +56,8 @@ void BladeFront::move(SweptTissue& tissue, const EdgeAtRest& edge, const std::op
 
 void BladeFront::advance(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
                          double toughness_j_per_m2) {
+  const double before_n = std::exchange(strength_n_, 0);
   force_n_.setZero();
-  strength_n_ = 0;
   const Vec3 along = edge.along();
   const Vec3 across = sharp_side.value_or(stretched_m_);
   const Vec3 ahead = across - across.dot(along) * along;
@@ -49,11 +66,15 @@ void BladeFront::advance(SweptTissue& tissue, const EdgeAtRest& edge, const std:
   if (stretched_m_.dot(ahead_) <= kNowhere_m) stretched_m_.setZero();  // it goes back
   const EdgeAtRest anchor = edge.moved(-stretched_m_);
   const SweptTissue::Front front = tissue.front(anchor, ahead_, way_);
-  if (front.length_m <= 0) return stretched_m_.setZero(), void();
-  middle_ = front.middle;
+  if (!front.in_tissue) return stretched_m_.setZero(), void();
+  if (front.length_m > 0) middle_ = front.middle;
   strength_n_ = toughness_j_per_m2 * front.length_m;
+  // The edge has not pressed yet against tissue that it meets only now.
+  if (before_n > 0 && strength_n_ > kSudden * before_n)
+    stretched_m_ *= stiffness_of(before_n) / stiffness_of(strength_n_);
   const double size_m = stretched_m_.norm();
-  if (!(size_m > 0)) return;
+  if (size_m > 0 && strength_n_ < least_n_) ebbs_ = true, strength_n_ = least_n_;
+  if (!(size_m > 0 && strength_n_ > 0)) return stretched_m_.setZero(), void();
   const double most_m = strength_n_ / stiffness_n_per_m() * stretched_m_.dot(ahead_) / size_m;
   if (size_m > most_m) {
     const Vec3 yields_m = (1 - most_m / size_m) * stretched_m_;

@@ -6,10 +6,10 @@
 //
 // Beyond that the front goes on along b, whose work is then J times the area that it cuts, exactly; an edge that is
 // drawn along itself cuts at less force (slice and push: Atkins et al. 2004). A blade that goes back leaves its front
-// without a force, and meets it again where it was (swept_tissue.h).
+// without a force, and meets it again where it was (swept_tissue.h). A front that comes into an earlier cut, as that of
+// a hand that trembles does again and again, lets go over kEbbs_s rather than at once.
 #pragma once
 
-#include <algorithm>
 #include <optional>
 
 #include "sim_server/world/swept_tissue.h"
@@ -19,9 +19,11 @@ namespace sectio {
 class BladeFront {
  public:
   static constexpr double kYields_m = 5e-4, kStiffest_n_per_m = 1400;  // a hand's device can render these
+  static constexpr double kEbbs_s = 0.008;                             // 0.2 N/ms is the most that a hand should feel
 
   // Nothing holds the blade any more; what has been cut stays so.
   void release() { *this = {}; }
+  void begin_step(double step_s);
   // The edge is here now. `sharp_side`: unit; none: it cuts in any direction.
   void move(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
             double toughness_j_per_m2);
@@ -30,13 +32,13 @@ class BladeFront {
   const Vec3& force_n() const { return force_n_; }
   const Vec3& ahead() const { return ahead_; }       // n
   double strength_n() const { return strength_n_; }  // J L: the front yields here; 0: nothing holds the edge
-  double stiffness_n_per_m() const { return std::min(kStiffest_n_per_m, strength_n_ / kYields_m); }
+  double stiffness_n_per_m() const;
   double work_j() const { return work_j_; }        // work by the hand in the last move()
   double new_area_m2() const { return area_m2_; }  // area that has been cut since release()
 
   template <class A>
   void archive(A& a) {
-    a(edge_, way_, stretched_m_, force_n_, ahead_, middle_, strength_n_, work_j_, area_m2_);
+    a(edge_, way_, stretched_m_, force_n_, ahead_, middle_, strength_n_, least_n_, ebbs_, work_j_, area_m2_);
   }
 
  private:
@@ -49,6 +51,8 @@ class BladeFront {
   Vec3 force_n_ = Vec3::Zero(), ahead_ = Vec3::Zero();
   double middle_ = 0.5;  // middle of the part of the edge in tissue
   double strength_n_ = 0, work_j_ = 0, area_m2_ = 0;
+  double least_n_ = 0;  // the strength is not less before the next step
+  bool ebbs_ = false;   // the tissue at the anchor holds less than that
 };
 
 }  // namespace sectio

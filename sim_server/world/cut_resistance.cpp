@@ -18,7 +18,8 @@ void CutResistance::release() {
   frame_before_world_.reset();
 }
 
-void CutResistance::begin_step() {
+void CutResistance::begin_step(double step_s) {
+  front_.begin_step(step_s);
   force_n_.setZero();
   frame_before_world_ = std::exchange(frame_world_, std::nullopt);
 }

@@ -16,7 +16,7 @@ class CutResistance {
   // Nothing resists any more.
   void release();
   // A step begins: no force until the edge is met.
-  void begin_step();
+  void begin_step(double step_s);
   // The edge is here now, whether or not the mesh follows it. `frame_world`: of the body at rest around it. Loose: open
   // blades hold no tissue.
   void meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, bool loose);

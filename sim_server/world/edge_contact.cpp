@@ -341,7 +341,7 @@ ContactGap EdgeContact::gap() {
 
 void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& entries,
                        std::vector<BladeMotion>& motions) {
-  stroke_.resistance().begin_step();
+  stroke_.resistance().begin_step(step_s_);
   slips_off_.reset();
   why_lifted_ = EdgeStroke::kLifted;
   if (phase_ == Phase::spent) rest_in_groove();

@@ -141,7 +141,7 @@ SweptTissue::Front SweptTissue::front(const EdgeAtRest& edge, const Vec3& ahead,
   const Across here = find(edge, ahead, way);
   const Cut& cut = cuts_[way->cut];
   const double towards = here.place.heading.dot(ahead) < 0 ? -1 : 1;
-  Front front{0, 0.5 * (spans.front().from + spans.back().to)};
+  Front front{0, true, 0.5 * (spans.front().from + spans.back().to)};
   each_row(cut, edge, spans, [&](std::ptrdiff_t r, double height_m, double share) {
     const auto index = r - cut.first_row;
     if (index >= 0 && index < static_cast<std::ptrdiff_t>(cut.rows.size())) {

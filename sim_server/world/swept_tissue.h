@@ -42,7 +42,8 @@ class SweptTissue {
   };
   struct Front {
     double length_m = 0;  // the edge in tissue that has no cut ahead: at the end of a cut, or in uncut tissue
-    double middle = 0;    // middle of the part of the edge in tissue, as a share of the edge
+    bool in_tissue = false;
+    double middle = 0;  // middle of the part of the edge in tissue, as a share of the edge
   };
   // `ahead`: the direction, unit and across the edge, in which it would cut.
   Front front(const EdgeAtRest& edge, const Vec3& ahead, std::optional<Way>& way);

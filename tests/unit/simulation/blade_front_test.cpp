@@ -22,11 +22,14 @@ class BladeFrontTest : public testing::Test {
       const std::function<Vec3(double)>& sharp_side = [](double) { return Vec3(Vec3::UnitX()); }) {
     const int steps = static_cast<int>(std::ceil(length_m / kStep_m));
     double work_j = 0;
-    most_n_ = 0, least_n_ = 1e9;
+    most_n_ = steepest_n_ = 0, least_n_ = 1e9;
     for (int i = 0; i <= steps; ++i) {
       const double share = static_cast<double>(i) / steps;
+      const Vec3 before_n = blade_.force_n();
+      blade_.begin_step(1e-3);
       blade_.move(tissue_, at(share), sharp_side(share), kToughness_j_per_m2);
       work_j += blade_.work_j();
+      if (i > 0) steepest_n_ = std::max(steepest_n_, (blade_.force_n() - before_n).norm());
       if (share < 0.3) continue;
       most_n_ = std::max(most_n_, blade_.force_n().norm());
       least_n_ = std::min(least_n_, blade_.force_n().norm());
@@ -41,7 +44,7 @@ class BladeFrontTest : public testing::Test {
   TriangleMesh mesh_{test::box(6, 6, 3, Vec3(0.06, 0.06, kTop_m))};
   SweptTissue tissue_{mesh_};
   BladeFront blade_;
-  double most_n_ = 0, least_n_ = 0;
+  double most_n_ = 0, least_n_ = 0, steepest_n_ = 0;
 };
 
 TEST_F(BladeFrontTest, work_is_toughness_times_area) {
@@ -92,6 +95,25 @@ TEST_F(BladeFrontTest, a_blade_that_rests_keeps_its_force) {
   for (int i = 0; i < 100; ++i)
     blade_.move(tissue_, upright(Vec3(0.03, 0.03, 0.02)), Vec3(Vec3::UnitX()), kToughness_j_per_m2);
   EXPECT_EQ(blade_.force_n(), force_n);
+}
+
+// A step is a millisecond. The hand trembles at 9 Hz along the cut, and otherwise across it.
+TEST_F(BladeFrontTest, a_hand_that_trembles_is_not_jolted) {
+  Vec3 at_m(0.01, 0.03, 0.02);
+  for (const Vec3& amplitude_m : {Vec3(5e-4, 5e-4, 5e-4), Vec3(5e-4, 5e-4, 0), Vec3(3e-4, 3e-4, 3e-4)}) {
+    straight(at_m, at_m + Vec3(0.008, 0, 0));
+    at_m.x() += 0.008;
+    constexpr double kTime_s = 3;
+    const auto at = [&](double s) {
+      const auto swings = [&](double hz) { return std::sin(2 * std::numbers::pi * hz * kTime_s * s); };
+      return upright(at_m + amplitude_m.cwiseProduct(Vec3(swings(9), swings(7.3), swings(11.1))));
+    };
+    const double area_m2 = blade_.new_area_m2();
+    const double work_j = go(at, 1000 * kTime_s * kStep_m);
+    EXPECT_LE(steepest_n_, 0.3) << "of 2 N, across " << amplitude_m.transpose();
+    EXPECT_GE(work_j, 0.9 * kToughness_j_per_m2 * (blade_.new_area_m2() - area_m2) - 1e-3);
+    EXPECT_LE(work_j, 1.4 * kToughness_j_per_m2 * (blade_.new_area_m2() - area_m2) + 1e-3);
+  }
 }
 
 TEST_F(BladeFrontTest, a_blade_out_of_the_tissue_feels_nothing) {
