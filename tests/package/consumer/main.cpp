@@ -7,8 +7,12 @@
 #include "common/messages/codec.h"
 #include "render_client/replica/replica.h"
 
-int main(int, char** argv) {
+int main(int argc, char** argv) {
   using namespace sectio;
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: consumer RECORD.mcap\n");
+    return 2;
+  }
   try {
     McapReader record(argv[1]);
     Replica replica;
