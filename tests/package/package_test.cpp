@@ -37,15 +37,21 @@ TEST_F(Package, runs_where_it_is_installed_with_its_manual_and_completion) {
   EXPECT_EQ(manual->exit_code(), 0) << manual->output();
   EXPECT_EQ(manual->output().find("SIM_SERVER-PLAY(1)"), 0u) << manual->output();  // after no warning
   EXPECT_NE(manual->output().find("--from-s"), std::string::npos) << manual->output();
+  const auto scripts = shell("man --warnings -P cat -l \"$1\"/sectio_keys.1 \"$1\"/sectio_session.1 2>&1 >/dev/null",
+                             {at("share/man/man1")});
+  EXPECT_EQ(scripts->exit_code(), 0) << scripts->output();
+  EXPECT_EQ(scripts->output(), "");
   const auto completed = shell(
       "PATH=$1/bin:$PATH; source \"$1\"/share/bash-completion/completions/sim_server\n"
       "asked() { COMP_WORDS=(\"$@\") COMP_CWORD=$(($# - 1)); _sectio; echo \"[${COMPREPLY[*]}]\"; }\n"
-      "asked sim_server pl; asked sim_server play --fr; asked sim_server --log-level w",
+      "asked sim_server pl; asked sim_server play --fr; asked sim_server --log-level w\n"
+      "asked sim_server --scene a/b.yaml --exp; asked sim_server mesh a/b.obj --den",
       {file("usr")});
   EXPECT_EQ(completed->exit_code(), 0) << completed->output();
   EXPECT_NE(completed->output().find("[play plan]"), std::string::npos) << completed->output();
   EXPECT_NE(completed->output().find("[--from-s]"), std::string::npos) << completed->output();
   EXPECT_NE(completed->output().find("[warning]"), std::string::npos) << completed->output();
+  EXPECT_NE(completed->output().find("[--export]\n[--density-kg-per-m3]\n"), std::string::npos) << completed->output();
 }
 
 TEST_F(Package, lets_a_program_of_somebody_else_follow_the_bodies_of_a_record) {
@@ -63,6 +69,8 @@ TEST_F(Package, lets_a_program_of_somebody_else_follow_the_bodies_of_a_record) {
   const nlohmann::json body = json("out/report.json")["bodies"][0];
   EXPECT_GT(body["revision"], 0);
   EXPECT_EQ(consumer.output(), "liver " + body["topology_hash"].get<std::string>().substr(0, 16) + "\n");
+  Process without_a_record(file("consumer/consumer"), {});
+  EXPECT_EQ(without_a_record.exit_code(), 2) << without_a_record.output();
 }
 
 TEST_F(Package, has_units_that_systemd_understands) {
@@ -109,14 +117,26 @@ TEST_F(Package, has_the_command_for_keys_which_works_from_the_packages_paths) {
   EXPECT_EQ(server.exit_code(), 0) << server.output();
 }
 
+// The script of demo and live, before they begin in the directory of the session before.
+TEST_F(Package, is_no_place_where_a_session_is_lost_whose_newest_try_has_not_ended) {
+  const auto kept = shell(
+      "mkdir -p \"$1/killed/try_2\" \"$1/ended/try_2\" && cd \"$1\" && touch ended/try_2/report.json &&\n"
+      "for out in killed ended; do\n"
+      "  touch -d '1 minute ago' $out/inputs && touch $out/report.json $out/try_2/inputs && \"$2\" $out demo || exit\n"
+      "done\n"
+      "ls killed/unfinished_*/report.json killed/unfinished_*/try_2/inputs ended/inputs",
+      {directory.string(), SECTIO_SOURCE_DIR "/deploy/keep_unfinished"});
+  EXPECT_EQ(kept->exit_code(), 0) << kept->output();
+}
+
 // By hand, as systemd does it: the program of the unit again after each end.
 class Service : public Package {
  protected:
   void SetUp() override {
     install("programs");
     std::filesystem::create_directories(file("etc"));
-    write("etc/liver_incision.flags",
-          "--domain " + std::to_string(network.domain) + " --session " + network.session + " --play-traces\n");
+    write("etc/liver_incision.flags", "# --steps 1 is no flag here\n--domain " + std::to_string(network.domain) +
+                                          " --session " + network.session + " --play-traces\n");
   }
   std::unique_ptr<Process> service(const std::string& role) const {
     return shell(
@@ -143,6 +163,7 @@ class Service : public Package {
 };
 
 TEST_F(Service, that_is_killed_goes_on_where_it_was_and_begins_anew_after_its_end) {
+  std::filesystem::create_directories(file("var/server/2.bak"));  // somebody's copy is no session
   auto server = service("server");
   ASSERT_TRUE(server->wait_for(" cuts")) << server->output();
   server->send(SIGKILL);
@@ -158,6 +179,24 @@ TEST_F(Service, that_is_killed_goes_on_where_it_was_and_begins_anew_after_its_en
   server->send(SIGTERM);
   EXPECT_EQ(server->exit_code(), 0) << server->output();
   EXPECT_TRUE(std::filesystem::exists(file("var/server/2/inputs")));
+  server = service("server");
+  ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  EXPECT_FALSE(std::filesystem::exists(file("var/server/1/checkpoints")));
+  EXPECT_TRUE(std::filesystem::exists(file("var/server/2/checkpoints"))) << "those of the last one stay";
+  server->send(SIGTERM);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+}
+
+TEST_F(Service, refuses_another_role_and_a_scene_that_is_nowhere) {
+  const auto other = service("leader");
+  EXPECT_EQ(other->exit_code(), 2) << other->output();
+  EXPECT_EQ(other->output(), "sectio_session: usage: sectio_session server|standby SCENE\n");
+  const auto nowhere =
+      shell("SECTIO_ETC=$1/etc exec \"$1/usr/bin/sectio_session\" server nowhere", {directory.string()});
+  EXPECT_EQ(nowhere->exit_code(), 2) << nowhere->output();
+  EXPECT_NE(nowhere->output().find(file("etc/scenes/nowhere.yaml") + ", "), std::string::npos) << nowhere->output();
+  EXPECT_NE(nowhere->output().find("share/sectio/scenes/nowhere.yaml: neither is there\n"), std::string::npos)
+      << nowhere->output();
 }
 
 TEST_F(Service, whose_standby_has_followed_it_stands_by_in_its_turn) {
@@ -175,6 +214,32 @@ TEST_F(Service, whose_standby_has_followed_it_stands_by_in_its_turn) {
   ASSERT_TRUE(server->wait_for("this one goes on after step")) << server->output();
   server->send(SIGTERM);
   EXPECT_EQ(server->exit_code(), 0) << server->output();
+}
+
+TEST_F(Service, that_stood_by_goes_on_when_nobody_leads_once_it_has_led_itself) {
+  auto server = service("server");
+  ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  auto standby = service("standby");
+  ASSERT_TRUE(standby->wait_for("it has caught up")) << standby->output();
+  standby->send(SIGKILL);
+  ASSERT_TRUE(standby->exit_code());
+  server->send(SIGKILL);
+  ASSERT_TRUE(server->exit_code());
+  standby = service("standby");
+  ASSERT_TRUE(standby->wait_for("no server of the session is there yet")) << standby->output();
+
+  server = service("server");
+  ASSERT_TRUE(standby->wait_for("it has caught up")) << standby->output();
+  server->send(SIGKILL);
+  ASSERT_TRUE(server->exit_code());
+  ASSERT_TRUE(standby->wait_for("this one goes on after step")) << standby->output();
+  ASSERT_TRUE(standby->wait_for_next(" cuts")) << standby->output();
+  standby->send(SIGKILL);
+  ASSERT_TRUE(standby->exit_code());
+  standby = service("standby");
+  ASSERT_TRUE(standby->wait_for("the session goes on after step ")) << standby->output();
+  standby->send(SIGTERM);
+  EXPECT_EQ(standby->exit_code(), 0) << standby->output();
 }
 
 // The second death comes before the server has caught up as a standby: its newest journal has less than the one before.
