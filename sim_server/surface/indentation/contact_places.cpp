@@ -15,6 +15,7 @@ constexpr double kOntoEdge = 0.06, kOffEdge = 0.12;     // barycentric: a point 
 constexpr double kShortestLine_m = 2e-4;                // seen along the normal; a shorter line is a point
 constexpr double kTouches_m = 1e-4, kLeaves_m = -3e-4;  // surface above line: becomes active, stays active
 constexpr double kFacing = 0.2;                         // least cosine between the normals of a face and of the line
+constexpr double kFacesAlike = 0.5;                     // less: an edge of the body is between two faces
 
 using Where = Vec3 VertexState::*;
 constexpr Where kNow = &VertexState::position_world_m, kAtRest = &VertexState::rest_body_m;
@@ -102,13 +103,21 @@ class LineWalk {
   Vec3 ahead_, left_;
 };
 
-SurfacePoint nearest(const MeshDraft& surface, TriangleId start, const Vec3& point_m, Where where) {
+Vec3 normal_of(const Corners& c) {
+  return (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
+}
+
+// `may_be`: on this triangle.
+template <class MayBe>
+SurfacePoint nearest(const MeshDraft& surface, TriangleId start, const Vec3& point_m, Where where,
+                     const MayBe& may_be) {
   SurfacePoint at{start, Vec3::Constant(1.0 / 3)};
   double best = 1e300;
   for (int i = 0; i < kMaxSlides; ++i) {
     TriangleId next = kNone;
     for (const VertexId v : surface.triangle(at.triangle).v)
       for (const TriangleId t : surface.fan(v)) {
+        if (!may_be(t)) continue;
         const ClosestPoint c = closest_on_triangle(point_m, corners_of(surface, t, where));
         const double distance_m = (c.point - point_m).norm();
         if (distance_m >= best) continue;
@@ -125,7 +134,19 @@ SurfacePoint nearest(const MeshDraft& surface, TriangleId start, const Vec3& poi
 }  // namespace
 
 SurfacePoint nearest_from(const MeshDraft& surface, TriangleId start, const Vec3& point_world_m) {
-  return nearest(surface, start, point_world_m, kNow);
+  return nearest(surface, start, point_world_m, kNow, [](TriangleId) { return true; });
+}
+
+SurfacePoint pressed_from(const MeshDraft& surface, TriangleId start, const Vec3& point_world_m,
+                          const Vec3& point_body_m) {
+  const SurfacePoint at = nearest_from(surface, start, point_world_m);
+  const Vec3 faces = normal_of(corners_of(surface, start, kAtRest));
+  const auto faces_alike = [&](TriangleId t) {
+    return normal_of(corners_of(surface, t, kAtRest)).dot(faces) > kFacesAlike;
+  };
+  const Corners there = corners_of(surface, at.triangle, kAtRest);
+  if (faces_alike(at.triangle) || (point_body_m - there[0]).dot(normal_of(there)) > 0) return at;
+  return nearest(surface, start, point_world_m, kNow, faces_alike);
 }
 
 SurfacePoint seen_along(const MeshDraft& surface, TriangleId start, const Vec3& point_body_m, const Vec3& normal_body) {
@@ -142,7 +163,7 @@ SurfacePoint seen_along(const MeshDraft& surface, TriangleId start, const Vec3& 
     if (at.bary.minCoeff(&least) >= 0) return at;
     at.triangle = surface.neighbour(at.triangle, (least + 1) % 3);
   }
-  return nearest(surface, start, point_body_m, kAtRest);
+  return nearest(surface, start, point_body_m, kAtRest, [](TriangleId) { return true; });
 }
 
 PathPoint contact_place(const MeshDraft& surface, const SurfacePoint& at, std::span<const ContactPoint> before) {
