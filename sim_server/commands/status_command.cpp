@@ -11,14 +11,16 @@ Arguments::Action status_command(Arguments& arguments) {
     NetworkOptions network;
     double patience_s = 5;
     bool every_field = false;
+    std::string body;
   };
   const auto flags = std::make_shared<Flags>();
   add_network_arguments(arguments, flags->network, "session; empty: the only one of the domain");
   arguments.option("--patience-s", flags->patience_s, "how long to wait for an answer of the servers");
   arguments.toggle("--every-field", flags->every_field, "print all that the servers say of themselves, as it comes");
+  arguments.option("--body", flags->body, "a server of this body must answer; empty: any one");
   return [flags] {
     check_network_options(flags->network);
-    std::fputs(status_of_session(flags->network, flags->patience_s, flags->every_field).c_str(), stdout);
+    std::fputs(status_of_session(flags->network, flags->patience_s, flags->every_field, flags->body).c_str(), stdout);
     return 0;
   };
 }

@@ -1,5 +1,6 @@
 #include "sim_server/net/status.h"
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <thread>
@@ -55,7 +56,7 @@ std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
 
 }  // namespace
 
-std::string status_of_session(NetworkOptions network, double patience_s, bool every_field) {
+std::string status_of_session(NetworkOptions network, double patience_s, bool every_field, const std::string& body) {
   find_session(network, patience_s, [] { return false; });
   Endpoints<Reads<ServerStatus, SceneInfo, SessionEvent>, Writes<>> endpoints(network, "sim_server status");
   std::map<std::uint64_t, ServerStatus> statuses;  // by epoch
@@ -87,6 +88,12 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
     for (const auto& [epoch, refusal] : refusals)
       if (statuses.contains(epoch)) text += "refused last: " + refusal + "\n";
   if (text.empty()) throw InputError("session '" + network.session + "': no server was heard");
+  const auto has_body = [&](const auto& status) {
+    const auto scene = scenes.find(status.first);
+    return scene != scenes.end() && std::ranges::count(scene->second.bodies, body, &BodyInfo::name) > 0;
+  };
+  if (!body.empty() && std::ranges::none_of(statuses, has_body))
+    throw InputError("--body: session '" + network.session + "': no server has a body '" + body + "'");
   return text;
 }
 

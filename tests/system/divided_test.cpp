@@ -90,6 +90,10 @@ TEST_F(Divided, a_second_server_for_a_body_is_refused_with_one_line_and_disturbs
   auto first = share({"--server", "left", "--endless"});
   auto screen = viewer("screen", {"--no-pictures"});
   ASSERT_TRUE(screen->wait_for("on the screen")) << screen->output();
+  EXPECT_EQ(program("sim_server", in_session({"status", "--body", "liver"}))->exit_code(), 0);
+  const auto status = program("sim_server", in_session({"status", "--body", "kidney", "--patience-s", "2"}));
+  EXPECT_EQ(status->exit_code(), kExitBadInput) << status->output();
+  EXPECT_NE(status->output().find("no server has a body 'kidney'"), std::string::npos) << status->output();
   auto second = share({"--bodies", "kidney,liver", "--endless"});
   EXPECT_EQ(second->exit_code(), kExitBadInput) << second->output();
   EXPECT_NE(second->output().find("error: session '" + network.session + "': another server has the body 'liver'"),
