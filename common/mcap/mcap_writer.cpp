@@ -14,6 +14,7 @@
 #include "common/core/write_file.h"
 #include "common/delta/bytes.h"
 #include "common/mcap/mcap_format.h"
+#include "common/mcap/mcap_reader.h"
 
 namespace sectio {
 namespace {
@@ -63,6 +64,8 @@ struct McapWriter::State {
     is_new = lock >= 0;
     if (!is_new) lock = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (lock < 0) throw InputError(path + ": can't be written: " + std::generic_category().message(errno));
+    if (!is_new && ::lseek(lock, 0, SEEK_END) > 0 && !is_mcap(path))
+      throw InputError(path + ": is there already, and is no record: another --record");
     if (::flock(lock, LOCK_EX | LOCK_NB) != 0) throw InputError(path + ": another program writes there");
   }
   void begin() {

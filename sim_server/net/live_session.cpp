@@ -26,7 +26,7 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
   const std::uint64_t last_step = options.until_s < 0 ? kAllSteps : steps_until(options.until_s, scene.step_s);
   const std::string directory = try_directory(options.directory, options.attempt);
   if (options.resume != directory) refuse_unfinished(directory);
-  if (options.resume.empty() && !options.record.empty()) refuse_unfinished_record(options.record);
+  if (options.resume.empty() && !options.standby && !options.record.empty()) refuse_unfinished_record(options.record);
   run = options.resume.empty() ? std::make_unique<SessionRun>(scene, directory)
                                : SessionRun::resumed(scene, {options.resume, last_step}, directory, last_epoch);
   if (!options.play.empty()) {
@@ -48,7 +48,10 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
   net_options.inputs = run->inputs();
   if (!options.record.empty()) {
     const std::map<std::string, std::string> metadata{{kRecordHeader, to_json(run->header())}};
-    record = std::make_unique<SessionRecord>(options.record, metadata);
+    const std::string file = options.standby || last_epoch ? free_record(options.record) : options.record;
+    if (file != options.record)
+      log_warning(options.record + " has a part of the session that was, and stays: what comes is in " + file);
+    record = std::make_unique<SessionRecord>(file, metadata);
   }
   net_options.record = record.get();
   net =

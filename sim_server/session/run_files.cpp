@@ -142,6 +142,14 @@ void refuse_unfinished_record(const std::string& path) {
                    " goes on with it; another --record begins a new one");
 }
 
+std::string free_record(const std::string& path) {
+  const std::filesystem::path first(path);
+  std::string free = path;
+  for (int number = 2; is_mcap(free); ++number)
+    free = (first.parent_path() / first.stem()).string() + "_" + std::to_string(number) + first.extension().string();
+  return free;
+}
+
 int free_try_after(const std::string& directory, int attempt) {
   do ++attempt;
   while (!directory.empty() && std::filesystem::exists(input_log_path(try_directory(directory, attempt))));

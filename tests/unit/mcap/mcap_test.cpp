@@ -175,5 +175,15 @@ TEST_F(Mcap, a_damaged_byte_never_yields_a_message_that_was_not_written) {
   }
 }
 
+TEST_F(Mcap, takes_the_place_of_an_earlier_record_and_of_nothing_else) {
+  write(3);
+  write(2);
+  McapReader again(path);
+  EXPECT_EQ(read(again), 2u);
+  std::filesystem::resize_file(path, 4);  // as any other file
+  EXPECT_THROW(McapWriter writer(path), InputError);
+  EXPECT_EQ(std::filesystem::file_size(path), 4u);
+}
+
 }  // namespace
 }  // namespace sectio::mcap_test

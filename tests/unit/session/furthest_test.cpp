@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/mcap/mcap_writer.h"
 #include "common/messages/epoch.h"
 #include "sim_server/session/input_log.h"
 #include "sim_server/session/run_files.h"
@@ -60,6 +61,18 @@ TEST_F(Journals, a_session_that_has_ended_is_none_to_go_on_with) {
   const std::string ended = journal("ended", first_, 90);
   std::ofstream(ended + "/report.json") << "{}";
   EXPECT_EQ(best({ended}), "");
+}
+
+TEST_F(Journals, a_session_that_goes_on_has_another_record_than_before) {
+  std::filesystem::create_directories(root_);
+  const std::string first = root_ + "/ward.mcap";
+  EXPECT_EQ(free_record(first), first);
+  for (const char* next : {"/ward_2.mcap", "/ward_3.mcap"}) {
+    McapWriter writer(free_record(first));
+    EXPECT_TRUE(writer.add(writer.add_channel("numbers", "sectio::Number", ""), 0, {}));
+    EXPECT_TRUE(writer.finish());
+    EXPECT_EQ(free_record(first), root_ + next);
+  }
 }
 
 }  // namespace
