@@ -17,6 +17,7 @@
 #include "common/dds/find_session.h"
 #include "common/dds/keys.h"
 #include "common/dds/network_arguments.h"
+#include "common/messages/session.h"
 #include "device_bridge/drivers/device_table.h"
 #include "device_bridge/net/bridge_net.h"
 #include "device_bridge/servo/record_writer.h"
@@ -79,6 +80,9 @@ bool parse(int argc, char** argv, Options& o) {
   if (!(o.request.fastest_m_per_s > 0 && o.request.fastest_m_per_s <= 100))
     throw InputError("--max-speed-m-per-s: expected more than 0, at most 100, got " +
                      std::to_string(o.request.fastest_m_per_s));
+  if (o.tool_id >= kMaxTools)
+    throw InputError("--tool-id: expected 0 to " + std::to_string(kMaxTools - 1) + ", got " +
+                     std::to_string(o.tool_id));
   check_files(o);
   check_network_options(o.network);
   return true;

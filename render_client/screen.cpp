@@ -94,6 +94,8 @@ void Screen::show(Frame& frame, int missed, double frames_per_s) {
     section_ = section_at_target(frame.camera);
   }
   const Image& image = painter_->draw_frame(frame, draw_options(frames_per_s));
+  if (!options_.field.empty() && !painter_->field_range() && !std::exchange(has_missed_field_, true))
+    log_warning("--show-field: no body has a field " + options_.field + " yet: it is shown from when one has it");
   if (window_) show_in_window(image);
   write(image, frame.sim_time_s, missed);
 }

@@ -49,7 +49,7 @@ class Screen {
   Viewpoint viewpoint_;
   WindowInput heard_;
   PanelView panel_;
-  bool keeps_picture_ = false, is_whole_ = true;
+  bool keeps_picture_ = false, is_whole_ = true, has_missed_field_ = false;
   std::optional<SectionPlane> section_;  // without a window
   std::unique_ptr<Canvas> canvas_;       // but for the window's own
   std::unique_ptr<FramePainter> painter_;

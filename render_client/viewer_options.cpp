@@ -1,5 +1,6 @@
 #include "render_client/viewer_options.h"
 
+#include <tuple>
 #include <utility>
 
 #include "common/core/arguments.h"
@@ -49,6 +50,10 @@ void check(ViewerOptions& o) {
         "all of one size");
   if (o.no_pictures && !(o.directory.empty() && o.video_file.empty() && o.sheet_file.empty()))
     throw InputError("--no-pictures: --out, --video and --contact-sheet would have nothing to write");
+  for (const auto& [file, ending, flag] :
+       {std::tuple{o.video_file, ".mp4", "--video"}, {o.sheet_file, ".png", "--contact-sheet"}})
+    if (!file.empty() && !file.ends_with(ending))
+      throw InputError(std::string(flag) + ": expected a name that ends with " + ending + ", got " + file);
   o.eye_world_m = parse_point("--camera-eye", o.eye);
   o.target_world_m = parse_point("--camera-target", o.target);
   if (o.eye_world_m && o.target_world_m && (*o.eye_world_m - *o.target_world_m).norm() < 1e-6)

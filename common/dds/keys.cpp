@@ -138,7 +138,9 @@ std::optional<Keys> Keys::of(const NetworkOptions& options) {
 Keys::Keys(std::string directory) : directory_(std::move(directory)) {
   for (const char* name : kFiles)
     if (!open(file(name)))
-      refuse(directory_, std::string("no ") + name + " can be read there; deploy/keys makes keys, a directory each");
+      refuse(directory_,
+             std::string("no ") + name +
+                 " can be read there; deploy/keys (of a package: sectio_keys) makes keys, a directory each");
   const Certificate own = certificate_in(file("cert.pem")), authority = certificate_in(file("ca.pem"));
   if (!own) refuse(directory_, "cert.pem is no certificate");
   if (!authority) refuse(directory_, "ca.pem is no certificate");

@@ -152,8 +152,9 @@ void check_network_options(const NetworkOptions& options) {
   for (const std::string& peer : options.peers) address_of_host(peer);
   for (const std::string& interface : options.interfaces) check_interface(interface);
   if (!Keys::of(options) && options.off_host() && !options.insecure)
-    throw InputError(std::string(options.interfaces.empty() ? "--peer" : "--interface") +
-                     ": what leaves this machine needs keys: --keys DIR (deploy/keys makes them), or --insecure");
+    throw InputError(
+        std::string(options.interfaces.empty() ? "--peer" : "--interface") +
+        ": what leaves this machine needs keys: --keys DIR (deploy/keys, or sectio_keys, makes them), or --insecure");
 }
 
 std::string partition_of(const NetworkOptions& options) {

@@ -43,8 +43,8 @@ Moment parse_moment(const std::string& text) {
   const std::size_t at = text.rfind('@');
   Moment moment;
   const char* const end = text.data() + text.size();
-  if (at == std::string::npos || std::from_chars(text.data() + at + 1, end, moment.time_s).ptr != end ||
-      !(moment.time_s >= 0))
+  if (at == std::string::npos || text.ends_with('@') ||
+      std::from_chars(text.data() + at + 1, end, moment.time_s).ptr != end || !(moment.time_s >= 0))
     throw InputError("--scene: expected SCENE.yaml@SECONDS, got " + text);
   moment.scene_file = text.substr(0, at);
   return moment;

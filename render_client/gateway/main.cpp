@@ -29,10 +29,20 @@ struct Options {
   std::uint32_t max_clients = 64;
 };
 
+// The page that a package has; empty: this program was not installed with one.
+std::string installed_page() {
+  std::error_code unknown;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  const std::filesystem::path page = program.parent_path().parent_path() / "share/sectio/page";
+  return std::filesystem::is_directory(page, unknown) ? page.string() : "";
+}
+
 bool parse(int argc, char** argv, Options& o) {
   Arguments arguments("gateway", "Lets browsers watch a session, and hold its instruments.");
   add_network_arguments(arguments, o.network, "session to show; empty: the only one of the domain");
-  arguments.option("--page", o.web.directory, "directory with the files of the page", Need::required);
+  o.web.directory = installed_page();
+  arguments.option("--page", o.web.directory, "directory with the files of the page",
+                   o.web.directory.empty() ? Need::required : Need::optional);
   arguments.option("--address", o.web.address, "IPv4 address to listen on; 0.0.0.0: all of this host");
   arguments.option("--port", o.web.port, "port to listen on; 0: any that is free");
   arguments.option("--token", o.token, "word that a person needs to hold an instrument; empty: a new one is made");
@@ -51,8 +61,9 @@ bool parse(int argc, char** argv, Options& o) {
     if (token.size() > kMaxTokenBytes || token.find_first_of("#/?&% ") != std::string::npos)
       throw InputError(std::string(flag) + ": expected at most " + std::to_string(kMaxTokenBytes) +
                        " characters without #/?&% or blanks");
-  if (std::error_code unknown; !std::filesystem::is_directory(o.web.directory, unknown))
-    throw InputError("--page: no directory: " + o.web.directory);
+  check_page(o.web.directory);
+  if (std::error_code unknown; std::filesystem::exists(o.tries, unknown) && !std::filesystem::is_directory(o.tries))
+    throw InputError("--tries: " + o.tries + ": is no directory");
   if (in_addr ignored; inet_pton(AF_INET, o.web.address.c_str(), &ignored) != 1)
     throw InputError("--address: expected an IPv4 address, got " + o.web.address);
   check_network_options(o.network);

@@ -392,14 +392,18 @@ int WebServer::State::callback(lws* wsi, lws_callback_reasons reason, void*, voi
   }
 }
 
+void check_page(const std::string& directory) {
+  for (const PageFile& file : kPageFiles)
+    if (!std::filesystem::is_regular_file(directory + "/" + file.name))
+      throw InputError("--page: " + directory + " has no " + file.name +
+                       "; deploy/live makes the files of the page, and a package has them");
+}
+
 WebServer::WebServer(const WebServerOptions& options, WebServerHandlers handlers) : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.options = options;
   s.handlers = std::move(handlers);
-  for (const PageFile& file : kPageFiles)
-    if (!std::filesystem::is_regular_file(options.directory + "/" + file.name))
-      throw InputError("--page: " + options.directory + " has no " + file.name +
-                       "; deploy/live makes the files of the page");
+  check_page(options.directory);
   s.protocols[0].name = "http";
   s.protocols[0].callback = State::callback;
   s.protocols[1] = s.protocols[0];
