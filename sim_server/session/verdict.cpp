@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/formatted.h"
 #include "common/mesh/check.h"
 
 namespace sectio {
@@ -10,7 +11,9 @@ namespace {
 
 constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // share of the body's own mass
 constexpr double kStepsNotMet = 0.01;               // share of all steps
-constexpr double kVolumeChanged = 0.2;              // share of a body's volume at rest
+constexpr double kJolt_m_per_s = 0.2;               // forces that a step leaves over may change a body's speed by this
+constexpr double kGravity_m_per_s2 = 9.81;
+constexpr double kVolumeChanged = 0.2;  // share of a body's volume at rest
 
 class Reasons {
  public:
@@ -27,7 +30,8 @@ class Reasons {
   std::vector<std::string> reasons_;
 };
 
-void judge_body(const RunFigures& figures, const Simulation& simulation, std::uint32_t id, Reasons& reasons) {
+void judge_body(const RunFigures& figures, double step_s, const Simulation& simulation, std::uint32_t id,
+                Reasons& reasons) {
   const std::string& name = simulation.body(id).name;
   const auto positions = simulation.positions_world_m(id);
   const auto bad = std::ranges::count_if(positions, [](const Vec3f& x) { return !x.allFinite(); });
@@ -44,6 +48,9 @@ void judge_body(const RunFigures& figures, const Simulation& simulation, std::ui
   const std::uint64_t not_met = figures.last.drivers[id].steps_not_met;
   if (static_cast<double>(not_met) > kStepsNotMet * static_cast<double>(figures.steps))
     reasons.add_count(not_met, "steps of " + name + " left a residual above the tolerance");
+  const double weights = figures.body_residual[id];
+  reasons.add_if(!(weights * kGravity_m_per_s2 * step_s < kJolt_m_per_s),
+                 formatted("a step of %s left forces of %.1f times its weight over", name.c_str(), weights));
   const double added = figures.body_added_mass[id];
   reasons.add_if(added > kAddedMassTolerated,
                  std::to_string(std::lround(100 * added)) + " % of mass was added to " + name);
@@ -53,7 +60,8 @@ void judge_body(const RunFigures& figures, const Simulation& simulation, std::ui
 
 std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation) {
   Reasons reasons;
-  for (std::uint32_t id = 0; id < simulation.body_count(); ++id) judge_body(figures, simulation, id, reasons);
+  for (std::uint32_t id = 0; id < simulation.body_count(); ++id)
+    judge_body(figures, scene.step_s, simulation, id, reasons);
   for (const BodyOverlap& o : figures.overlaps) {
     const std::string &one = simulation.body(o.one).name, &other = simulation.body(o.other).name;
     reasons.add_count(o.come_through,

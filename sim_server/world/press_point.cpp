@@ -64,9 +64,11 @@ void PressPoint::slide_to(Body& body, const Vec3& tool_point_world_m) {
     if (!closest) return;
     triangle_ = closest->triangle;
   }
+  const MeshDraft surface(view.mesh, body.particle_view());
   const Pose frame = body.frame_world(view.mesh.triangle(triangle_).v[0]);
-  const SurfacePoint at = pressed_from(MeshDraft(view.mesh, body.particle_view()), triangle_, tool_point_world_m,
-                                       frame.to_local(tool_point_world_m));
+  const SurfacePoint at = on_tool_.at_tip
+                              ? pressed_from(surface, triangle_, tool_point_world_m, frame.to_local(tool_point_world_m))
+                              : nearest_from(surface, triangle_, tool_point_world_m);
   triangle_ = at.triangle;
   bary_ = at.bary;
 }

@@ -22,16 +22,18 @@ TEST(Verdict, a_run_that_was_well_is_ok_and_the_reasons_of_another_are_named) {
   EXPECT_TRUE(reasons_against(figures, scene, simulation).empty());
   figures.last.drivers = {{0.12, 0, 7}};
   figures.body_added_mass = {0.12};
+  figures.body_residual = {21};
   figures.events[to_string(EventKind::body_frozen)] = 2;
   figures.last.cuts_refused = 3;
   figures.largest_force_n = NAN;
   const std::vector<std::string> reasons = reasons_against(figures, scene, simulation);
-  ASSERT_EQ(reasons.size(), 5u);
+  ASSERT_EQ(reasons.size(), 6u);
   EXPECT_EQ(reasons[0], "7 steps of organ left a residual above the tolerance");
-  EXPECT_EQ(reasons[1], "12 % of mass was added to organ");
-  EXPECT_EQ(reasons[2], "a force was not finite");
-  EXPECT_EQ(reasons[3], "2 times a body froze");
-  EXPECT_EQ(reasons[4], "3 cuts were refused");
+  EXPECT_EQ(reasons[1], "a step of organ left forces of 21.0 times its weight over") << "0.2 m/s in a millisecond";
+  EXPECT_EQ(reasons[2], "12 % of mass was added to organ");
+  EXPECT_EQ(reasons[3], "a force was not finite");
+  EXPECT_EQ(reasons[4], "2 times a body froze");
+  EXPECT_EQ(reasons[5], "3 cuts were refused");
   EXPECT_EQ((RunResult{"", reasons}.exit_code()), kExitNotOk);
   EXPECT_EQ((RunResult{"", {}}.exit_code()), 0);
 }
