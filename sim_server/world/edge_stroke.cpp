@@ -1,7 +1,10 @@
 #include "sim_server/world/edge_stroke.h"
 
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <utility>
+#include <vector>
 
 #include "sim_server/world/edge_meets_body.h"
 #include "sim_server/world/whole_edge.h"
@@ -13,7 +16,11 @@ namespace {
 constexpr double kMostDrag_m = 0.004, kMostDragInDepths = 2;
 constexpr double kSteep = 0.5;     // cosine to the normal from which on a blade passes through a surface
 constexpr double kLeftBehind = 3;  // join tolerances: a deep blade that is further from the end of its cut has left it
-constexpr std::string_view kJawsOpened = "its jaws opened", kBeneath = "all of its edge is beneath the surface";
+// Skin is dragged so far beyond the tip; inside of it the tip swings, in so many poses.
+constexpr double kNoWay_m = 1e-5, kDragged_m = 0.01, kInside_m = 3e-4;
+constexpr int kSwings = 12;
+constexpr std::string_view kJawsOpened = "its jaws opened", kBeneath = "all of its edge is beneath the surface",
+                           kCameOut = "its tip came out through another face";
 
 // The length of a blade's edge beneath the surface at a point; for a blade that lies along the surface, up to the
 // nearest point.
@@ -36,6 +43,29 @@ void ask_surface(Body& body, const Blade& blade, std::vector<TriangleId>& crosse
   const BladeLine line = line_of(blade);
   for (const SurfaceHit& hit : body.tree().hits(body.view(), line.heel_world_m, line.tip_world_m))
     if (hit.entering) crossed.push_back(hit.triangle);
+}
+
+// A tip that comes out through another face than the one in which its cut ends opens that one, too, from the rim to
+// where it comes out: as a blade does that swings about its tip. Nothing: no such face is near.
+std::vector<Blade> swung_out(Body& body, const Blade& blade, const Vec3& tip_before_world_m) {
+  const Vec3 way_m = blade.tip_world_m - tip_before_world_m;
+  const Vec3 over = way_m - way_m.dot(blade.up_world) * blade.up_world;
+  if (over.norm() < kNoWay_m) return {};
+  const Vec3 ahead = over.normalized();
+  const SurfaceView view = body.view();
+  for (const SurfaceHit& hit : body.tree().hits(view, tip_before_world_m, tip_before_world_m + kDragged_m * ahead)) {
+    if (hit.entering) continue;
+    if (view.normal(hit.triangle).dot(blade.up_world) > kSteep) return {};
+    std::vector<Blade> swung;
+    for (int i = 1; i <= kSwings; ++i) {
+      const double angle = 0.5 * std::numbers::pi * i / (kSwings + 1);
+      swung.push_back(blade);
+      swung.back().tip_world_m = hit.point_world_m - kInside_m * ahead;
+      swung.back().up_world = std::cos(angle) * blade.up_world + std::sin(angle) * ahead;
+    }
+    return swung;
+  }
+  return {};
 }
 
 // The decision for a pose of an edge that cuts where its tip goes.
@@ -112,6 +142,7 @@ EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
     const Blade blade = limited_blade(body, edge, step.point_world_m);
     const EdgeOnWay way{edge, blade, jaws, from, blade.tip_world_m - tip_before_world_m_};
     TipDecision decision = way.decide(step.point_world_m, step.normal_world);
+    const bool is_beneath = decision.height_m > 0;
     // Over a rim, the blade enters another face than the one with the end of its cut.
     if (decision.leaf == CutDecision::detect_again) {
       const BladeLine line = line_of(blade);
@@ -129,8 +160,14 @@ EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
     }
     if (decision.leaf == CutDecision::detect_again) {
       motion.lift = decision.height_m < 0 || !decision.crossings.edge || jaws == Jaws::opening;
-      if (motion.lift)
-        outcome.why_lifted = jaws == Jaws::opening ? kJawsOpened : decision.height_m < 0 ? kLifted : kBeneath;
+      if (!motion.lift) break;
+      outcome.why_lifted = jaws == Jaws::opening ? kJawsOpened : decision.height_m < 0 ? kLifted : kBeneath;
+      if (jaws == Jaws::opening || !is_beneath || !step.cut.cuts || step.cut.follows == kNone) break;
+      for (const Blade& swung : swung_out(body, blade, tip_before_world_m_)) {
+        motion.path.push_back(swung);
+        ask_surface(body, swung, motion.active);
+        outcome.why_lifted = kCameOut;
+      }
       break;
     }
     if (decision.leaf == CutDecision::push_out) resistance_.push_out(body, edge, step.point_world_m, step.normal_world);
