@@ -33,4 +33,6 @@ struct JointPose : Pose {
 };
 constexpr double kWidestOpening_rad = 3.1415926535897932;
 
+constexpr double kStandardGravity_m_per_s2 = 9.81;
+
 }  // namespace sectio

@@ -18,7 +18,6 @@ constexpr double kSlope = 0.5;        // a slope that has turned by no more than
 constexpr double kRests = 1e-4;       // a residual below this share of the weight needs no iteration
 constexpr double kPointOverOwn = 50;  // stiffness of a held point over that of its particles,
 constexpr double kResting = 3;        // and of one that may come off, and has no spring: stiffer ones do so in turns
-constexpr double kStandardGravity_m_per_s2 = 9.81;
 
 double dot(std::span<const Vec4f> a, std::span<const Vec4f> b) {
   constexpr std::size_t kInFloat = 32;

@@ -11,9 +11,8 @@ namespace {
 
 constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // share of the body's own mass
 constexpr double kStepsNotMet = 0.01;               // share of all steps
-constexpr double kJolt_m_per_s = 0.2;               // forces that a step leaves over may change a body's speed by this
-constexpr double kGravity_m_per_s2 = 9.81;
-constexpr double kVolumeChanged = 0.2;  // share of a body's volume at rest
+constexpr double kJolt_m_per_s = 0.2;               // a residual may change speeds by so much in a step
+constexpr double kVolumeChanged = 0.2;              // share of a body's volume at rest
 
 class Reasons {
  public:
@@ -49,8 +48,8 @@ void judge_body(const RunFigures& figures, double step_s, const Simulation& simu
   if (static_cast<double>(not_met) > kStepsNotMet * static_cast<double>(figures.steps))
     reasons.add_count(not_met, "steps of " + name + " left a residual above the tolerance");
   const double weights = figures.body_residual[id];
-  reasons.add_if(!(weights * kGravity_m_per_s2 * step_s < kJolt_m_per_s),
-                 formatted("a step of %s left forces of %.1f times its weight over", name.c_str(), weights));
+  reasons.add_if(!(weights * kStandardGravity_m_per_s2 * step_s < kJolt_m_per_s),
+                 formatted("a step of %s left a residual of %.1f times the weight", name.c_str(), weights));
   const double added = figures.body_added_mass[id];
   reasons.add_if(added > kAddedMassTolerated,
                  std::to_string(std::lround(100 * added)) + " % of mass was added to " + name);

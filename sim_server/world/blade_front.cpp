@@ -26,8 +26,17 @@ double BladeFront::stiffness_n_per_m() const {
 
 void BladeFront::begin_step(double step_s) {
   const double left = std::exp(-step_s / kEbbs_s);
-  least_n_ = strength_n_ > kNothing_n ? left * strength_n_ : 0;
-  if (std::exchange(ebbs_, false)) stretched_m_ *= left;
+  const bool was_met = std::exchange(met_, false);
+  least_n_ = was_met && strength_n_ > kNothing_n ? left * strength_n_ : 0;
+  most_n_ = left * force_n_.norm();
+  gives_way_ = std::exchange(ebbs_, false) ? 1 - left : 0;
+}
+
+// The anchor goes on towards the edge, for nothing.
+void BladeFront::give_way(SweptTissue& tissue, const EdgeAtRest& edge, double share) {
+  const EdgeAtRest anchor = edge.moved(-stretched_m_);
+  stretched_m_ *= 1 - share;
+  area_m2_ += tissue.sweep(anchor, edge.moved(-stretched_m_), ahead_, way_);
 }
 
 void BladeFront::move(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
@@ -41,6 +50,8 @@ void BladeFront::move(SweptTissue& tissue, const EdgeAtRest& edge, const std::op
     return;
   }
   edge_ = from;
+  met_ = true;
+  if (gives_way_ > 0 && way_) give_way(tissue, from, std::exchange(gives_way_, 0));
   const int parts = std::clamp(static_cast<int>(std::ceil(way_m / kPart_m)), 1, kMostParts);
   for (int i = 1; i <= parts; ++i) {
     const double share = static_cast<double>(i) / parts;
@@ -64,23 +75,19 @@ void BladeFront::advance(SweptTissue& tissue, const EdgeAtRest& edge, const std:
   if (ahead.norm() < kNowhere_m) return;
   ahead_ = ahead.normalized();
   if (stretched_m_.dot(ahead_) <= kNowhere_m) stretched_m_.setZero();  // it goes back
-  const EdgeAtRest anchor = edge.moved(-stretched_m_);
-  const SweptTissue::Front front = tissue.front(anchor, ahead_, way_);
+  const SweptTissue::Front front = tissue.front(edge.moved(-stretched_m_), ahead_, way_);
   if (!front.in_tissue) return stretched_m_.setZero(), void();
   if (front.length_m > 0) middle_ = front.middle;
   strength_n_ = toughness_j_per_m2 * front.length_m;
   // The edge has not pressed yet against tissue that it meets only now.
   if (before_n > 0 && strength_n_ > kSudden * before_n)
-    stretched_m_ *= stiffness_of(before_n) / stiffness_of(strength_n_);
+    give_way(tissue, edge, 1 - stiffness_of(before_n) / stiffness_of(strength_n_));
   const double size_m = stretched_m_.norm();
   if (size_m > 0 && strength_n_ < least_n_) ebbs_ = true, strength_n_ = least_n_;
   if (!(size_m > 0 && strength_n_ > 0)) return stretched_m_.setZero(), void();
-  const double most_m = strength_n_ / stiffness_n_per_m() * stretched_m_.dot(ahead_) / size_m;
-  if (size_m > most_m) {
-    const Vec3 yields_m = (1 - most_m / size_m) * stretched_m_;
-    area_m2_ += tissue.sweep(anchor, anchor.moved(yields_m), ahead_, way_);
-    stretched_m_ -= yields_m;
-  }
+  double most_m = strength_n_ / stiffness_n_per_m() * stretched_m_.dot(ahead_) / size_m;
+  if (ebbs_) most_m = std::min(most_m, most_n_ / stiffness_n_per_m());
+  if (size_m > most_m) give_way(tissue, edge, 1 - most_m / size_m);
   force_n_ = -stiffness_n_per_m() * stretched_m_;
 }
 

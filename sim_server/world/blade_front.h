@@ -7,7 +7,8 @@
 // Beyond that the front goes on along b, whose work is then J times the area that it cuts, exactly; an edge that is
 // drawn along itself cuts at less force (slice and push: Atkins et al. 2004). A blade that goes back leaves its front
 // without a force, and meets it again where it was (swept_tissue.h). A front that comes into an earlier cut, as that of
-// a hand that trembles does again and again, lets go over kEbbs_s rather than at once.
+// a hand that trembles does again and again, lets go over kEbbs_s rather than at once; one that comes out of it again
+// begins with the force at hand. Either way, tissue that gives way is cut for nothing.
 #pragma once
 
 #include <optional>
@@ -19,7 +20,7 @@ namespace sectio {
 class BladeFront {
  public:
   static constexpr double kYields_m = 5e-4, kStiffest_n_per_m = 1400;  // a hand's device can render these
-  static constexpr double kEbbs_s = 0.008;                             // 0.2 N/ms is the most that a hand should feel
+  static constexpr double kEbbs_s = 0.008;                             // by an eighth of the force in a millisecond
 
   // Nothing holds the blade any more; what has been cut stays so.
   void release() { *this = {}; }
@@ -38,10 +39,12 @@ class BladeFront {
 
   template <class A>
   void archive(A& a) {
-    a(edge_, way_, stretched_m_, force_n_, ahead_, middle_, strength_n_, least_n_, ebbs_, work_j_, area_m2_);
+    a(edge_, way_, stretched_m_, force_n_, ahead_, middle_, strength_n_, least_n_, most_n_, gives_way_, ebbs_, met_,
+      work_j_, area_m2_);
   }
 
  private:
+  void give_way(SweptTissue& tissue, const EdgeAtRest& edge, double share);
   void advance(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
                double toughness_j_per_m2);
 
@@ -51,8 +54,11 @@ class BladeFront {
   Vec3 force_n_ = Vec3::Zero(), ahead_ = Vec3::Zero();
   double middle_ = 0.5;  // middle of the part of the edge in tissue
   double strength_n_ = 0, work_j_ = 0, area_m2_ = 0;
-  double least_n_ = 0;  // the strength is not less before the next step
-  bool ebbs_ = false;   // the tissue at the anchor holds less than that
+  // A front that has been lost has no less strength before the next step, and no more force; then it gives way by this
+  // share of what it is stretched.
+  double least_n_ = 0, most_n_ = 0, gives_way_ = 0;
+  bool ebbs_ = false;  // the tissue at the anchor holds less than least_n_
+  bool met_ = false;   // in this step
 };
 
 }  // namespace sectio

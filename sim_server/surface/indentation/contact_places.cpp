@@ -15,7 +15,7 @@ constexpr double kOntoEdge = 0.06, kOffEdge = 0.12;     // barycentric: a point 
 constexpr double kShortestLine_m = 2e-4;                // seen along the normal; a shorter line is a point
 constexpr double kTouches_m = 1e-4, kLeaves_m = -3e-4;  // surface above line: becomes active, stays active
 constexpr double kFacing = 0.2;                         // least cosine between the normals of a face and of the line
-constexpr double kFacesAlike = 0.5;                     // less: an edge of the body is between two faces
+constexpr double kFacesAlike = 0.5;                     // a smaller cosine: an edge of the body is between
 
 using Where = Vec3 VertexState::*;
 constexpr Where kNow = &VertexState::position_world_m, kAtRest = &VertexState::rest_body_m;
@@ -198,7 +198,7 @@ std::vector<PlaceOnLine> contact_places_along(const MeshDraft& surface, const Co
   for (int i = 0; i < kMaxCrossed; ++i) {
     const Corners c = corners_of(surface, t, kAtRest);
     const std::array<VertexId, 3> v = surface.triangle(t).v;
-    const Vec3 normal = (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
+    const Vec3 normal = normal_of(c);
     const LineWalk::Exit exit = walk.exit_of(c);
     const double exit_m = walk.progress_m(exit.at);
     if (exit.edge < 0 || exit_m <= reached_m || normal.dot(line.normal_body) < kFacing) break;

@@ -17,8 +17,9 @@ namespace sectio {
 // given point.
 SurfacePoint nearest_from(const MeshDraft& surface, TriangleId start, const Vec3& point_world_m);
 
-// The same, for a point that presses the skin there: it goes round an edge of the body only to a face that it is outside
-// of, as both were at rest. One that presses beside an edge, deeper than that is far, is still under the same skin.
+// The same, for a point that presses the skin there: it goes round an edge of the body only to a face that it is
+// outside of, as both were at rest. One that presses beside an edge, deeper than that is far, is still under the same
+// skin.
 SurfacePoint pressed_from(const MeshDraft& surface, TriangleId start, const Vec3& point_world_m,
                           const Vec3& point_body_m);
 

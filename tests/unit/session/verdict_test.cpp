@@ -29,7 +29,7 @@ TEST(Verdict, a_run_that_was_well_is_ok_and_the_reasons_of_another_are_named) {
   const std::vector<std::string> reasons = reasons_against(figures, scene, simulation);
   ASSERT_EQ(reasons.size(), 6u);
   EXPECT_EQ(reasons[0], "7 steps of organ left a residual above the tolerance");
-  EXPECT_EQ(reasons[1], "a step of organ left forces of 21.0 times its weight over") << "0.2 m/s in a millisecond";
+  EXPECT_EQ(reasons[1], "a step of organ left a residual of 21.0 times the weight") << "0.2 m/s in a millisecond";
   EXPECT_EQ(reasons[2], "12 % of mass was added to organ");
   EXPECT_EQ(reasons[3], "a force was not finite");
   EXPECT_EQ(reasons[4], "2 times a body froze");
