@@ -62,7 +62,8 @@ bool parse(int argc, char** argv, Options& o) {
       throw InputError(std::string(flag) + ": expected at most " + std::to_string(kMaxTokenBytes) +
                        " characters without #/?&% or blanks");
   check_page(o.web.directory);
-  if (std::error_code unknown; std::filesystem::exists(o.tries, unknown) && !std::filesystem::is_directory(o.tries))
+  if (std::error_code unknown;
+      std::filesystem::exists(o.tries, unknown) && !std::filesystem::is_directory(o.tries, unknown))
     throw InputError("--tries: " + o.tries + ": is no directory");
   if (in_addr ignored; inet_pton(AF_INET, o.web.address.c_str(), &ignored) != 1)
     throw InputError("--address: expected an IPv4 address, got " + o.web.address);

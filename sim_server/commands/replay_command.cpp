@@ -24,9 +24,11 @@ int replay_inputs(const std::string& path, double from_s) {
   if (from_s > 0 && reader.header().state_hash == run.header().state_hash)
     run.jump(std::filesystem::path(path).parent_path().string(), from_step, reader);
   Rerun again;
-  const auto after = [&](const StepInputs&, const StepOutput& output) { run.recorder().add(output, 0); };
+  const auto after = [&](const StepInputs&, const StepOutput& output) {
+    if (scene.exercise) run.recorder().add(output, 0);
+  };
   std::fputs(rerun_report(reader, run.simulation(), again, after, run.steps()).c_str(), stdout);
-  if (scene.exercise)
+  if (scene.exercise && again.difference.empty())
     for (const std::string& line : run.recorder().score_lines()) std::puts(line.c_str());
   if (from_s > 0 && again.difference.empty() && again.steps <= from_step)
     throw InputError("--from-s: the inputs end at step " + std::to_string(again.steps) +

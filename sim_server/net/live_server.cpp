@@ -290,8 +290,7 @@ void LiveServer::begin(LiveSession::Try next) {
   session_.run->recorder().finish();
   tell_faults();
   const auto former = session_.begin(std::move(next));
-  if (session_.record)
-    session_.run->recorder().warn(session_.options.record + ": ends where the session was begun anew");
+  if (session_.record) session_.run->recorder().warn(session_.record_file + ": ends where the session was begun anew");
   Succession succession = session_.succession(session_.net->epoch());
   succession.record = nullptr;
   session_.net->take_over(std::move(succession));

@@ -26,7 +26,8 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
   const std::uint64_t last_step = options.until_s < 0 ? kAllSteps : steps_until(options.until_s, scene.step_s);
   const std::string directory = try_directory(options.directory, options.attempt);
   if (options.resume != directory) refuse_unfinished(directory);
-  if (options.resume.empty() && !options.standby && !options.record.empty()) refuse_unfinished_record(options.record);
+  if (!options.record.empty())
+    record_file = record_to_write(options.record, options.standby || !options.resume.empty());
   run = options.resume.empty() ? std::make_unique<SessionRun>(scene, directory)
                                : SessionRun::resumed(scene, {options.resume, last_step}, directory, last_epoch);
   if (!options.play.empty()) {
@@ -48,10 +49,9 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
   net_options.inputs = run->inputs();
   if (!options.record.empty()) {
     const std::map<std::string, std::string> metadata{{kRecordHeader, to_json(run->header())}};
-    const std::string file = options.standby || last_epoch ? free_record(options.record) : options.record;
-    if (file != options.record)
-      log_warning(options.record + " has a part of the session that was, and stays: what comes is in " + file);
-    record = std::make_unique<SessionRecord>(file, metadata);
+    if (record_file != options.record)
+      log_warning(options.record + " has a part of the session that was, and stays: what comes is in " + record_file);
+    record = std::make_unique<SessionRecord>(record_file, metadata);
   }
   net_options.record = record.get();
   net =

@@ -59,6 +59,7 @@ struct LiveSession {
   std::optional<std::uint64_t> last_epoch;    // a session that goes on has one
   std::unique_ptr<SessionRun> run;
   std::optional<PlayedInputs> past;  // the journal that is played
+  std::string record_file;           // empty: none
   std::unique_ptr<SessionRecord> record;
   std::unique_ptr<ServerNet> net;
   StepInput input;                 // input of the next step

@@ -123,9 +123,9 @@ bool OtherServers::has_our_scene(std::uint64_t epoch) const {
 
 bool OtherServers::is_among_strangers() const {
   const std::lock_guard lock(mutex_);
-  return !others_.empty() && std::ranges::all_of(others_, [](const auto& other) {
-    return other.second.body.empty() && !other.second.same_world;
-  });
+  const auto is_there = [](const auto& other) { return !other.second.ended; };
+  const auto is_ours = [](const auto& other) { return !other.second.body.empty() || other.second.same_world; };
+  return std::ranges::any_of(others_, is_there) && std::ranges::none_of(others_, is_ours);
 }
 
 bool OtherServers::speaks(const Other& other) const {

@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
 #include "common/messages/epoch_owners.h"
@@ -71,8 +72,8 @@ void Standby::notice_another_server() {
   const Follower& server = session_.net->follower();
   if (!server.hears() || followed_ == *server.epoch()) return;
   if (!session_.net->others().has_our_scene(*server.epoch()))
-    throw std::runtime_error(
-        "the server runs another scene, with other instruments, looks or an exercise of its own: "
+    throw InputError(
+        "the server runs another scene, with other bodies, instruments, looks or an exercise of its own: "
         "this is no standby for it");
   if (followed_ != 0) {
     chances_ = kChances;

@@ -62,10 +62,14 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
   std::map<std::uint64_t, ServerStatus> statuses;  // by epoch
   std::map<std::uint64_t, SceneInfo> scenes;
   std::map<std::uint64_t, std::string> refusals;  // the last ones
+  const auto has_body = [&](const auto& status) {
+    const auto scene = scenes.find(status.first);
+    return scene != scenes.end() && std::ranges::count(scene->second.bodies, body, &BodyInfo::name) > 0;
+  };
   const auto all_known = [&] {
     for (const auto& [epoch, status] : statuses)
       if (!scenes.contains(epoch)) return false;
-    return !statuses.empty();
+    return !statuses.empty() && (body.empty() || std::ranges::any_of(statuses, has_body));
   };
   auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s));
   bool heard = false;
@@ -88,10 +92,6 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
     for (const auto& [epoch, refusal] : refusals)
       if (statuses.contains(epoch)) text += "refused last: " + refusal + "\n";
   if (text.empty()) throw InputError("session '" + network.session + "': no server was heard");
-  const auto has_body = [&](const auto& status) {
-    const auto scene = scenes.find(status.first);
-    return scene != scenes.end() && std::ranges::count(scene->second.bodies, body, &BodyInfo::name) > 0;
-  };
   if (!body.empty() && std::ranges::none_of(statuses, has_body))
     throw InputError("--body: session '" + network.session + "': no server has a body '" + body + "'");
   return text;

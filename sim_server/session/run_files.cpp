@@ -142,12 +142,15 @@ void refuse_unfinished_record(const std::string& path) {
                    " goes on with it; another --record begins a new one");
 }
 
-std::string free_record(const std::string& path) {
+std::string record_to_write(const std::string& path, bool goes_on) {
   const std::filesystem::path first(path);
   std::string free = path;
-  for (int number = 2; is_mcap(free); ++number)
-    free = (first.parent_path() / first.stem()).string() + "_" + std::to_string(number) + first.extension().string();
-  return free;
+  int number = 1;
+  while (is_mcap(free))
+    free = (first.parent_path() / first.stem()).string() + "_" + std::to_string(++number) + first.extension().string();
+  if (goes_on || number > 2) return free;
+  refuse_unfinished_record(path);
+  return path;
 }
 
 int free_try_after(const std::string& directory, int attempt) {

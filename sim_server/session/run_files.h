@@ -37,9 +37,10 @@ std::optional<Furthest> furthest_unfinished(std::span<const std::string> newest_
 void refuse_unfinished(const std::string& directory);
 // Likewise, for a record: one that nobody has finished, with inputs.
 void refuse_unfinished_record(const std::string& path);
-// A record for a server that takes part in a session that has begun: NAME.mcap, or NAME_2.mcap, NAME_3.mcap, ... where
-// records of the time before are.
-std::string free_record(const std::string& path);
+// The file of a record. A server that goes on with a session leaves what has been recorded of it, and takes
+// NAME_2.mcap, NAME_3.mcap, ...; so does one that begins a session where that has happened. Throws as
+// refuse_unfinished_record().
+std::string record_to_write(const std::string& path, bool goes_on);
 
 // The tries of a session, each begun anew: the first one's files are in the directory itself, those of the others in
 // try_2, try_3, ... in it. Empty: the session leaves nothing behind.

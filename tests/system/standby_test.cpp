@@ -286,7 +286,7 @@ TEST_F(Standby, of_a_scene_that_looks_otherwise_says_so_and_leaves) {
   text.replace(text.find(view), view.size(), "field_of_view_deg: 40");
   write("other.yaml", text);
   const auto second = program("sim_server", in_session({"--scene", file("other.yaml"), "--standby"}));
-  EXPECT_EQ(second->exit_code(), 1) << second->output();
+  EXPECT_EQ(second->exit_code(), kExitBadInput) << second->output();
   EXPECT_NE(second->output().find("the server runs another scene"), std::string::npos) << second->output();
 }
 

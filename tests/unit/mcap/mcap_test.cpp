@@ -180,7 +180,7 @@ TEST_F(Mcap, takes_the_place_of_an_earlier_record_and_of_nothing_else) {
   write(2);
   McapReader again(path);
   EXPECT_EQ(read(again), 2u);
-  std::filesystem::resize_file(path, 4);  // as any other file
+  std::filesystem::resize_file(path, 4);  // no record any more
   EXPECT_THROW(McapWriter writer(path), InputError);
   EXPECT_EQ(std::filesystem::file_size(path), 4u);
 }

@@ -66,12 +66,14 @@ TEST_F(Journals, a_session_that_has_ended_is_none_to_go_on_with) {
 TEST_F(Journals, a_session_that_goes_on_has_another_record_than_before) {
   std::filesystem::create_directories(root_);
   const std::string first = root_ + "/ward.mcap";
-  EXPECT_EQ(free_record(first), first);
+  EXPECT_EQ(record_to_write(first, true), first);
   for (const char* next : {"/ward_2.mcap", "/ward_3.mcap"}) {
-    McapWriter writer(free_record(first));
+    McapWriter writer(record_to_write(first, true));
     EXPECT_TRUE(writer.add(writer.add_channel("numbers", "sectio::Number", ""), 0, {}));
     EXPECT_TRUE(writer.finish());
-    EXPECT_EQ(free_record(first), root_ + next);
+    EXPECT_EQ(record_to_write(first, true), root_ + next);
+    EXPECT_EQ(record_to_write(first, false), std::string(next) == "/ward_2.mcap" ? first : root_ + next)
+        << "a new session, beside records of one that went on";
   }
 }
 
