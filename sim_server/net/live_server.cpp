@@ -124,8 +124,8 @@ void LiveServer::go_on() {
   };
   while (!stop_was_requested() && listens()) {
     if (session_.net->others().is_held())
-      throw InputError("session '" + session_.options.network.session +
-                       "': another server holds it: nothing to resume");
+      throw std::runtime_error("session '" + session_.options.network.session +
+                               "': another server holds it: nothing to resume");
     std::this_thread::sleep_for(kStartPollPeriod);
   }
   if (!session_.last_epoch) return;  // it had not begun
