@@ -1,17 +1,20 @@
 #include "sim_server/session/recorder.h"
 
 #include <algorithm>
+#include <cinttypes>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/core/processor_time.h"
 #include "common/core/write_file.h"
 #include "common/delta/journal.h"
 #include "common/math/archive.h"
+#include "common/mesh/check.h"
 #include "sim_server/session/blade_watch.h"
 #include "sim_server/session/run_files.h"
 #include "sim_server/session/run_outcome.h"
@@ -45,6 +48,12 @@ std::vector<std::string> files_of_parts(const Scene& scene, const std::string& d
   return parts;
 }
 
+constexpr std::int64_t kHandlesOfCuts = 3;  // more than cuts leave that meet, or go through
+
+std::int64_t handles_of(const SurfaceReport& surface) {
+  return static_cast<std::int64_t>(surface.components) - surface.euler_characteristic / 2;
+}
+
 }  // namespace
 
 struct Recorder::State {
@@ -66,6 +75,7 @@ struct Recorder::State {
   std::uint64_t scalars_kept_at = 0;               // step
   Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // gravity that the journal has
   double processor_begun_s = processor_time_s();
+  std::vector<std::int64_t> handles_begun;  // by body
   RunFigures figures;
   std::vector<std::string> faults;  // faults since they were last taken
   std::vector<std::string> lost;    // all losses
@@ -75,6 +85,8 @@ Recorder::Recorder(const Scene& scene, const Simulation& simulation, const std::
     : state_(std::make_unique<State>(scene, simulation, directory)) {
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
     for (const std::string& note : simulation.body(i).mesh_notes) log_info(simulation.body(i).name + ": " + note);
+  for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
+    state_->handles_begun.push_back(handles_of(check(simulation.mesh(i))));
   if (scene.exercise) state_->score.emplace(scene, simulation);
   if (!directory.empty()) make_directory(directory);
 }
@@ -242,7 +254,15 @@ RunResult Recorder::finish() {
   }
   s.figures.overlaps = s.simulation.overlaps();
   s.figures.outcome = s.outcome.finish(s.figures);
-  for (const std::string& text : s.blades.finish()) log_warning(text);
+  for (const std::string& text : s.blades.finish()) warn(text);
+  for (std::uint32_t i = 0; i < s.simulation.body_count(); ++i) {
+    const std::int64_t now = handles_of(check(s.simulation.mesh(i))),
+                       begun = i < s.handles_begun.size() ? s.handles_begun[i] : 0;
+    if (now > begun + kHandlesOfCuts)
+      warn(formatted("%s has %" PRId64 " handles, and had %" PRId64
+                     ": its cuts have left threads of tissue between them",
+                     s.simulation.body(i).name.c_str(), now, begun));
+  }
   RunResult result;
   const std::vector<std::string> reasons = reasons_against(s.figures, s.scene, s.simulation);
   for (const std::string& reason : reasons) log_warning("not ok: " + reason);
