@@ -8,6 +8,7 @@ const CONNECT_MS = 5000;    // a connection that takes longer is tried again
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
+const GOING_MS = 20000;     // an order that nobody has answered for longer is given up
 const SURE_MS = 4000;       // a second press within this time begins the session anew,
 const DOUBLE_MS = 300;      // but for one that comes at once
 const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
@@ -245,6 +246,16 @@ function order(kind, { tilt_deg = 0, speed = 1, to_s = 0, tool = 0 } = {}) {
   const tilt = tilt_deg * Math.PI / 180;
   call('order', ORDER[kind], GRAVITY_M_PER_S2 * Math.sin(tilt), 0, -GRAVITY_M_PER_S2 * Math.cos(tilt), speed, to_s, tool);
   flush();
+  const words = { seek: `Going to ${to_s.toFixed(1)} s …`, begin_anew: 'Beginning anew …' }[kind];
+  if (words) going = { words, since_ms: performance.now(), line: newest_line() };
+}
+
+// An order that takes a while, until the server has said something.
+let going = null;
+const newest_line = () => state.lines.at(-1)?.number ?? 0;
+function words_of_order() {
+  if (going && (newest_line() > going.line || performance.now() - going.since_ms > GOING_MS)) going = null;
+  return going?.words;
 }
 
 // A list is made anew only when something in it has changed: a button must live from press to release.
@@ -286,6 +297,8 @@ let presses_beside = 0, hinted_ms = -Infinity;
 function hint(me) {
   if (state.presses_beside > presses_beside) hinted_ms = performance.now();
   presses_beside = state.presses_beside;
+  const ordered = words_of_order();
+  if (ordered) return ordered;
   if (state.speed === 0 && !state.ended) return 'The session is paused.';
   const tool = state.tools[state.held];
   if (!tool) return first_word(me);
