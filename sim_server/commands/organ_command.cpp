@@ -125,7 +125,10 @@ int make_organ(const OrganFlags& flags) {
   if (fs::exists(scene))
     throw InputError("--out: " + scene.string() +
                      " is there already, and may have been edited; remove it, or choose another directory");
-  make_directory(flags.out);
+  if (!fs::exists(folder)) {  // now, not at the end
+    make_directory(flags.out);
+    fs::remove(folder);
+  }
   std::string parts = flags.part;  // a region belongs to the body that it is in
   if (!parts.empty())
     for (const std::string& inside : flags.inside) parts += "," + inside;
@@ -136,6 +139,7 @@ int make_organ(const OrganFlags& flags) {
   const Box3 box = box_of(organ.soup);
   for (Vec3& p : organ.soup.vertices_body_m) p -= box.center();
   const std::string regions = as_regions(flags, unit_m, box.center());
+  make_directory(flags.out);
   write_file((folder / "organ.obj").string(), obj_text(organ.soup, "unit: m"));
   write_file(scene.string(), as_scene(box.sizes(), flags.tissue, regions));
   std::printf("mesh: %s\nscene: %s\n", (folder / "organ.obj").c_str(), scene.c_str());
