@@ -259,7 +259,7 @@ TEST_F(Resume, a_report_says_that_the_session_has_ended_and_goes_when_it_goes_on
   ASSERT_TRUE(server->wait_for("the session goes on\n")) << server->output();
   ASSERT_TRUE(server->wait_for("step ")) << server->output();
   const auto second = program("sim_server", in_session({"--resume", file("copy"), "--endless"}));
-  EXPECT_EQ(second->exit_code(), 2) << second->output();
+  EXPECT_EQ(second->exit_code(), 1) << second->output();
   EXPECT_TRUE(std::filesystem::exists(file("copy/report.json")));
   EXPECT_FALSE(std::filesystem::exists(file("out/report.json")));
   kill(*server);

@@ -1,5 +1,6 @@
 // A server goes on with one of several journals.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -14,7 +15,9 @@ namespace {
 
 class Journals : public testing::Test {
  protected:
-  Journals() : root_(testing::TempDir() + "sectio_furthest") { std::filesystem::remove_all(root_); }
+  Journals() : root_(testing::TempDir() + "sectio_furthest_" + std::to_string(::getpid())) {
+    std::filesystem::remove_all(root_);
+  }
   ~Journals() override { std::filesystem::remove_all(root_); }
 
   // `moved_m`: where the hand is, so that sessions of other hands differ.
