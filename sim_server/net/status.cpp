@@ -61,7 +61,7 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
   Endpoints<Reads<ServerStatus, SceneInfo, SessionEvent>, Writes<>> endpoints(network, "sim_server status");
   std::map<std::uint64_t, ServerStatus> statuses;  // by epoch
   std::map<std::uint64_t, SceneInfo> scenes;
-  std::map<std::uint64_t, std::string> refusals;  // the last ones
+  std::map<std::uint64_t, std::string> refusals;  // by session, in any of its terms: the last one
   const auto has_body = [&](const auto& status) {
     const auto scene = scenes.find(status.first);
     return scene != scenes.end() && std::ranges::count(scene->second.bodies, body, &BodyInfo::name) > 0;
@@ -77,7 +77,8 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
     while (auto scene = endpoints.take<SceneInfo>()) scenes.insert_or_assign(scene->epoch, std::move(*scene));
     while (auto status = endpoints.take<ServerStatus>()) statuses.insert_or_assign(status->epoch, std::move(*status));
     while (const auto event = endpoints.take<SessionEvent>())
-      if (event->kind == static_cast<std::uint8_t>(EventKind::order_refused)) refusals[event->epoch] = event->text;
+      if (event->kind == static_cast<std::uint8_t>(EventKind::order_refused))
+        refusals[name_of_session(event->epoch)] = event->text;
     if (!heard && all_known()) {
       heard = true;
       until = std::min(until, Clock::now() + kOthers);
@@ -89,8 +90,9 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
     if (const auto scene = scenes.find(epoch); scene != scenes.end())
       text += every_field ? to_text(scene->second) + "\n" + to_text(status) + "\n" : text_of(status, scene->second);
   if (!every_field)
-    for (const auto& [epoch, refusal] : refusals)
-      if (statuses.contains(epoch)) text += "refused last: " + refusal + "\n";
+    for (const auto& [name, refusal] : refusals)
+      if (std::ranges::any_of(statuses, [&](const auto& each) { return name_of_session(each.first) == name; }))
+        text += "refused last: " + refusal + "\n";
   if (text.empty()) throw InputError("session '" + network.session + "': no server was heard");
   if (!body.empty() && std::ranges::none_of(statuses, has_body))
     throw InputError("--body: session '" + network.session + "': no server has a body '" + body + "'");
