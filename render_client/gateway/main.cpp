@@ -9,6 +9,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/own_directory.h"
 #include "common/core/stop_signal.h"
 #include "common/core/unique_id.h"
 #include "common/core/wall_time.h"
@@ -32,8 +33,7 @@ struct Options {
 // The page that a package has; empty: this program was not installed with one.
 std::string installed_page() {
   std::error_code unknown;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  const std::filesystem::path page = program.parent_path().parent_path() / "share/sectio/page";
+  const std::filesystem::path page = own_directory().parent_path() / "share/sectio/page";
   return std::filesystem::is_directory(page, unknown) ? page.string() : "";
 }
 

@@ -403,7 +403,6 @@ WebServer::WebServer(const WebServerOptions& options, WebServerHandlers handlers
   State& s = *state_;
   s.options = options;
   s.handlers = std::move(handlers);
-  check_page(options.directory);
   s.protocols[0].name = "http";
   s.protocols[0].callback = State::callback;
   s.protocols[1] = s.protocols[0];

@@ -9,6 +9,7 @@
 #include "common/core/error.h"
 #include "common/core/formatted.h"
 #include "common/core/joined.h"
+#include "common/core/own_directory.h"
 #include "common/core/write_file.h"
 #include "common/material/regions.h"
 #include "common/math/intersect.h"
@@ -101,7 +102,7 @@ std::string as_scene(const Vec3& sizes_m, const std::string& tissue, const std::
 
 // By the program for pictures, where it lies beside this one.
 void draw(const fs::path& folder) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "draw_scenes";
+  const fs::path program = own_directory() / "draw_scenes";
   if (!fs::exists(program)) {
     std::printf("picture: none, since %s is missing\n", program.c_str());
     return;

@@ -16,6 +16,7 @@
 #include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "common/core/formatted.h"
+#include "common/core/own_directory.h"
 
 namespace sectio {
 namespace {
@@ -34,10 +35,9 @@ struct Descriptor {
 
 // mesh_reader lies beside the program that runs, or, when that is installed, among what no person calls.
 std::string reader_path() {
-  std::error_code error;
-  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  const fs::path folder = own_directory();
   for (const fs::path& reader : {folder / "mesh_reader", folder.parent_path() / "libexec/sectio/mesh_reader"})
-    if (!error && ::access(reader.c_str(), X_OK) == 0) return reader.string();
+    if (::access(reader.c_str(), X_OK) == 0) return reader.string();
   throw std::runtime_error("program mesh_reader not found beside " + folder.string());
 }
 
