@@ -39,7 +39,7 @@ struct WebServerCounts {
   std::uint64_t cut = 0;  // connections that were ended because of anything that isn't in the handlers' hands
 };
 
-// Throws InputError when a file of the page is missing in the directory: for WebServerOptions, before there is a server.
+// Throws InputError when a file of the page is missing there: for who chooses WebServerOptions::directory.
 void check_page(const std::string& directory);
 
 // One thread. A socket that takes nothing holds up no other one.

@@ -37,7 +37,7 @@ struct Descriptor {
 std::string reader_path() {
   const fs::path folder = own_directory();
   for (const fs::path& reader : {folder / "mesh_reader", folder.parent_path() / "libexec/sectio/mesh_reader"})
-    if (::access(reader.c_str(), X_OK) == 0) return reader.string();
+    if (!folder.empty() && ::access(reader.c_str(), X_OK) == 0) return reader.string();
   throw std::runtime_error("program mesh_reader not found beside " + folder.string());
 }
 
