@@ -173,7 +173,7 @@ void LiveServer::lead() {
   while (session_.has_more_steps()) {
     yield_to_another_server(*session_.net, session_.options);
     if (const auto claim = session_.net->others().false_claim()) keep_session(*claim);
-    for (const SessionOrder& order : session_.net->take_orders()) obey(order);
+    obey_all(session_.net->take_orders());
     tell_of_refused_orders();
     if (session_.pace.is_paused()) {
       wait_in_pause();
@@ -227,6 +227,18 @@ void LiveServer::tell_of_refused_orders() {
   const auto news = static_cast<unsigned long long>(refused - std::exchange(refused_told_, refused));
   session_.net->tell({session_.run->steps(), EventKind::order_refused, 0, 0,
                       formatted("orders came too fast: %llu are not obeyed", news)});
+}
+
+// Orders to go somewhere that came while the session was on its way elsewhere are one: the last that can be obeyed.
+void LiveServer::obey_all(std::span<const SessionOrder> orders) {
+  const auto goes = [&](const SessionOrder& order) {
+    return (order.kind == OrderKind::begin_anew || order.kind == OrderKind::seek) && session_.why_not(order).empty();
+  };
+  for (std::size_t i = 0; i < orders.size(); ++i)
+    if (goes(orders[i]) && std::ranges::any_of(orders.subspan(i + 1), goes))
+      refuse(orders[i], "another one came at once, and is obeyed instead");
+    else
+      obey(orders[i]);
 }
 
 void LiveServer::obey(const SessionOrder& order) {

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "sim_server/net/budget.h"
@@ -23,6 +24,7 @@ class LiveServer {
   void go_on();
   void wait_for_peers();
   void lead();
+  void obey_all(std::span<const SessionOrder> orders);
   void obey(const SessionOrder& order);
   void tell_of_refused_orders();
   void wait_in_pause();

@@ -1,35 +1,37 @@
 #include "sim_server/net/order_limit.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace sectio {
 
-bool OrderLimit::Buckets::are_open(bool takes_long, double now_s) {
-  return any.is_open(now_s) && (!takes_long || long_ones.is_open(now_s));
-}
-
-void OrderLimit::Buckets::take(bool takes_long) {
-  any.take(1);
-  if (takes_long) long_ones.take(1);
-}
-
-OrderLimit::Buckets& OrderLimit::buckets_of(const ProgramId& program) {
+OrderLimit::Program& OrderLimit::known(const ProgramId& program) {
   const auto known = std::ranges::find(programs_, program, &Program::id);
-  if (known != programs_.end()) return known->buckets;
+  if (known != programs_.end()) return *known;
   if (programs_.size() >= kMostPrograms) programs_.pop_front();
-  return programs_.emplace_back(Program{program}).buckets;
+  return programs_.emplace_back(Program{program});
 }
 
-// A program that gives too many uses up its own share alone.
+// A program that gives too many uses up its own share alone: an order that is not obeyed counts as one of the program's,
+// and not as one of all.
 bool OrderLimit::allows(const ProgramId& program, OrderKind kind, double now_s) {
   const bool takes_long = kind == OrderKind::begin_anew || kind == OrderKind::seek || kind == OrderKind::tell_score;
-  Buckets& own = buckets_of(program);
-  if (!own.are_open(takes_long, now_s) || !all_.are_open(takes_long, now_s)) {
+  Program& own = known(program);
+  const double quiet_s = now_s - std::exchange(own.spoke_s, now_s);
+  own.is_flood = (own.is_flood && quiet_s < kQuiet_s) || !own.buckets.any.is_open(now_s);
+  const auto refuse = [&] {
     ++refused_;
     return false;
+  };
+  if (own.is_flood) return refuse();
+  own.buckets.any.take(1);
+  if (!all_.any.is_open(now_s)) return refuse();
+  if (takes_long) {
+    if (!own.buckets.long_ones.is_open(now_s) || !all_.long_ones.is_open(now_s)) return refuse();
+    own.buckets.long_ones.take(1);
+    all_.long_ones.take(1);
   }
-  own.take(takes_long);
-  all_.take(takes_long);
+  all_.any.take(1);
   return true;
 }
 

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/math/types.h"
+#include "tests/support/patience.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio::test {
@@ -95,9 +96,12 @@ TEST_F(HostileLeader, a_flood_of_orders_starves_no_hand_and_keeps_no_leader_from
   EXPECT_EQ(hostile->exit_code(), 0) << hostile->output();
   EXPECT_EQ(hand->exit_code(), 0) << hand->output();
   give({"pause"});
-  const std::string status = give({"status"});
+  std::string status;
+  EXPECT_TRUE(wait_until([&] {  // an event comes after the flood that it tells of
+    status = give({"status"});
+    return status.find("refused last: orders came too fast: ") != std::string::npos;
+  })) << status;
   EXPECT_NE(status.find("s simulated, paused"), std::string::npos) << status;
-  EXPECT_NE(status.find("refused last: orders came too fast: "), std::string::npos) << status;
   give({"go-on"});
   sim->send(SIGINT);
   EXPECT_TRUE(sim->exit_code()) << sim->output();
@@ -106,7 +110,7 @@ TEST_F(HostileLeader, a_flood_of_orders_starves_no_hand_and_keeps_no_leader_from
   std::uint64_t tries = 1, refused = 0;
   for (; std::filesystem::exists(file("out/try_" + std::to_string(tries + 1))); ++tries) continue;
   refused = json("out/try_" + std::to_string(tries) + "/report.json")["session_cost"]["orders_refused"];
-  EXPECT_LT(tries, 30u);
+  EXPECT_LE(tries, 4u) << "orders to go somewhere that come at once are one";
   EXPECT_GT(refused, 1000u);
   const std::vector<Tick> felt = ticks();
   const auto deaf = std::ranges::count_if(felt, [](const Tick& tick) { return tick.age_s > 0.1; });

@@ -15,7 +15,7 @@ TEST(OrderLimit, a_person_who_clicks_quickly_is_always_heard) {
   EXPECT_EQ(limit.refused(), 0u);
 }
 
-TEST(OrderLimit, a_flood_of_one_program_is_heard_now_and_then_and_takes_nothing_from_another) {
+TEST(OrderLimit, a_flood_of_one_program_is_not_heard_until_it_is_quiet_and_takes_nothing_from_another) {
   OrderLimit limit;
   int anew = 0, others = 0;
   constexpr int kTen_s = 10000;
@@ -27,9 +27,11 @@ TEST(OrderLimit, a_flood_of_one_program_is_heard_now_and_then_and_takes_nothing_
                           (ms % 2000 != 0 || limit.allows(kTeacher, OrderKind::begin_anew, now_s));
     EXPECT_TRUE(is_heard) << now_s;
   }
-  EXPECT_LE(anew, 20);
-  EXPECT_LE(anew + others, 125);
+  EXPECT_LE(anew, 8);
+  EXPECT_LE(anew + others, 25);
   EXPECT_EQ(limit.refused(), 2u * kTen_s - static_cast<unsigned>(anew + others));
+  EXPECT_FALSE(limit.allows(kStranger, OrderKind::pause, 1e-3 * kTen_s + 1));
+  EXPECT_TRUE(limit.allows(kStranger, OrderKind::pause, 1e-3 * kTen_s + 1 + 2.1));
 }
 
 TEST(OrderLimit, many_programs_together_are_bounded_too) {
