@@ -181,12 +181,12 @@ function tick(draws) {
 
 let shown_ms = 0;
 function animate() {
+  requestAnimationFrame(animate);  // first: one fault doesn't stop the page
   if (!wears_headset()) tick(true);
   if (performance.now() - shown_ms > 100) {
     shown_ms = performance.now();
     show();
   }
-  requestAnimationFrame(animate);
 }
 
 const to_px = ([x, y]) => [(0.5 + 0.5 * x) * canvas.clientWidth, (0.5 - 0.5 * y) * canvas.clientHeight];
@@ -487,4 +487,5 @@ async function begin() {
   connect();
   requestAnimationFrame(animate);
 }
-begin();
+// By then all scripts have run, in whatever order they came.
+document.addEventListener('DOMContentLoaded', begin);
