@@ -39,6 +39,10 @@ async function drag(page, from, to, button, buttons) {
 }
 const turn = (page, from, to) => drag(page, from, to, 'left', 1);
 const move = (page, from, to) => drag(page, from, to, 'right', 2);
+const middle_of = (page, id) => page.evaluate(`(() => {
+  const { left, right, top, bottom } = document.getElementById('${id}').getBoundingClientRect();
+  return [(left + right) / 2, (top + bottom) / 2];
+})()`);
 const wheel = (page, notches) => page.mouse('mouseWheel', 200, 200, 0, { deltaX: 0, deltaY: WHEEL_NOTCH * notches });
 
 const session = await Session.begin();
@@ -105,6 +109,43 @@ try {
     }
     await page.touch('touchEnd');
     await page.until('a cut, and the scalpel above it', (s) => s.cuts > 10 && s.tools[0].force_n === 0 && follows(s));
+    ({ cuts } = await a_second_later());
+  });
+
+  const tap = async (id, ...others) => {
+    await page.touch('touchStart', ...others, await middle_of(page, id));
+    await page.touch('touchEnd', ...others);
+  };
+  await check('a finger says how deep, by buttons that stand there for fingers alone', async () => {
+    const { depth_m } = await page.state();
+    for (let i = 0; i < 3; ++i) await tap('deeper');
+    await page.until('3 mm more', (s) => Math.abs(s.depth_m - depth_m - 0.003) < 1e-6);
+    for (let i = 0; i < 3; ++i) await tap('shallower');
+    await page.until('the depth of before', (s) => Math.abs(s.depth_m - depth_m) < 1e-6);
+    const are_seen = () => page.evaluate(`document.getElementById('touch').checkVisibility()`);
+    assert.ok(await are_seen());
+    await page.send('Emulation.setTouchEmulationEnabled', { enabled: false });
+    await page.mouse('mousePressed', 10, 10, 2, { button: 'right' });
+    await page.mouse('mouseReleased', 10, 10, 0, { button: 'right' });
+    await until('no buttons for fingers', async () => !(await are_seen()));
+    await page.send('Emulation.setTouchEmulationEnabled', { enabled: true, maxTouchPoints: 2 });
+  });
+
+  await check('a second finger closes jaws, which the first then carries above the liver', async () => {
+    const [x, y] = first.middle, height_m = (s) => s.tools[0].at_m[2];
+    await page.touch('touchStart', [x, y + 60]);
+    const pressed = await page.until('the scalpel in the liver', (s) => s.tools[0].force_n > 0 && follows(s));
+    await tap('jaws', [x, y + 60]);
+    await page.touch('touchEnd');
+    const is_carried = (s) => height_m(s) > height_m(pressed) + 0.03 && s.tools[0].force_n === 0;
+    const { cuts: before } = await page.until('closed jaws above the liver', is_carried);
+    await page.touch('touchStart', [x, y + 60]);
+    for (let dx = 0; dx <= 60; dx += 6) await page.touch('touchMove', [x + dx, y + 60]);
+    await page.until('closed jaws that follow the finger', (s) => follows(s) && is_carried(s));
+    assert.equal((await a_second_later()).cuts, before);
+    await page.touch('touchEnd');
+    await tap('jaws');
+    await page.until('open jaws, lower down', (s) => s.tools[0].present && !is_carried(s));
     ({ cuts } = await a_second_later());
   });
 

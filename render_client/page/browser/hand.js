@@ -33,7 +33,16 @@ function deed_of(event) {
   return event.button === 2 ? 'pan' : 'orbit';
 }
 
-const point = (event) => call('point', ...place(event), event.buttons & 1, event.buttons & 2);
+// A finger has one button. One that comes down while jaws are closed carries what they hold.
+let by_touch = matchMedia('(pointer: coarse)').matches;
+let closes = false, carries = false;
+let last_place = [0, 0], is_pressed = 0;
+function point(event, pressed = event.buttons & 1) {
+  const finger = event.pointerType !== 'mouse';
+  last_place = place(event);
+  is_pressed = finger && carries ? 0 : pressed;
+  call('point', ...last_place, is_pressed, finger ? closes : event.buttons & 2);
+}
 
 canvas.addEventListener('pointerdown', (event) => {
   canvas.focus();
@@ -41,9 +50,11 @@ canvas.addEventListener('pointerdown', (event) => {
     canvas.setPointerCapture(event.pointerId);
   } catch { /* the pointer has gone */ }
   fingers.set(event.pointerId, [event.clientX, event.clientY]);
-  if (fingers.size === 1) deed = deed_of(event);
-  else {
-    if (deed === 'point') call('point', ...place(event), 0, 0);
+  if (fingers.size === 1) {
+    deed = deed_of(event);
+    carries = closes;
+  } else {
+    if (deed === 'point') point(event, 0);
     deed = 'pinch';
   }
   if (deed === 'point') point(event);
@@ -75,7 +86,7 @@ function pinch(event, before, dx, dy) {
 for (const kind of ['pointerup', 'pointercancel'])
   canvas.addEventListener(kind, (event) => {
     fingers.delete(event.pointerId);
-    if (deed === 'point') call('point', ...place(event), event.buttons & 1, event.buttons & 2);
+    if (deed === 'point') point(event);
     if (fingers.size === 0) deed = '';
   });
 
@@ -86,6 +97,53 @@ canvas.addEventListener('wheel', (event) => {
   else call('zoom', Math.exp(0.15 * turn));
 }, { passive: false });
 canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+
+// ---- buttons for fingers: what the wheel, the second button and keys do ----
+
+window.addEventListener('pointerdown', (event) => { by_touch = event.pointerType !== 'mouse'; }, true);
+
+const REPEATS_AFTER_MS = 400, REPEATS_MS = 120;
+const BY_TOUCH = {
+  shallower: () => call('deepen', -0.001), deeper: () => call('deepen', 0.001),
+  left: () => call('turn', 0.1, 0), right: () => call('turn', -0.1, 0),
+  forwards: () => call('turn', 0, 0.1), backwards: () => call('turn', 0, -0.1),
+};
+
+// While another finger is on the picture, a browser makes no click of a touch.
+function on_press(id, act) {
+  byId(id).addEventListener('pointerdown', act);
+  byId(id).onclick = ({ detail }) => { if (detail === 0) act(); };  // by a key
+}
+
+let repeats = 0;
+const stop_repeating = () => clearInterval(repeats);
+for (const [id, act] of Object.entries(BY_TOUCH)) {
+  on_press(id, (event) => {
+    act();
+    if (!event) return;
+    stop_repeating();
+    const since_ms = performance.now();
+    repeats = setInterval(() => { if (performance.now() - since_ms > REPEATS_AFTER_MS) act(); }, REPEATS_MS);
+  });
+  for (const kind of ['pointerup', 'pointercancel', 'pointerleave']) byId(id).addEventListener(kind, stop_repeating);
+}
+
+on_press('jaws', () => {
+  closes = !closes;
+  call('point', ...last_place, is_pressed, closes);
+});
+
+// An instrument that is taken in hand has open jaws.
+let held_before = null;
+function show_touch() {
+  const is_of_use = by_touch && holds();
+  if (!is_of_use || state.held !== held_before) closes = false;
+  if (!is_of_use) stop_repeating();
+  held_before = state.held;
+  byId('touch').hidden = !is_of_use;
+  byId('depth').textContent = `${(1000 * state.depth_m).toFixed(0)} mm`;
+  byId('jaws').textContent = closes ? 'Open jaws' : 'Close jaws';
+}
 
 const KEYS = { q: [0.1, 0], e: [-0.1, 0], r: [0, 0.1], f: [0, -0.1] };
 window.addEventListener('keydown', (event) => {

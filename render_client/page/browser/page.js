@@ -345,6 +345,7 @@ function show() {
   watch_server();
   const me = state.people.find((p) => p.id === state.you);
   say('hint', hint(me));
+  show_touch();
   const names = new Map(state.people.map(({ id, name }) => [id, name]));
   const is_silent = mute_s !== null && !state.ended && window.sectio.connected;
   const silent = is_silent ? `${mute} has been silent` : '';
