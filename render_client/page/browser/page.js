@@ -8,7 +8,9 @@ const CONNECT_MS = 5000;    // a connection that takes longer is tried again
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
-const GOING_MS = 20000;     // an order that nobody has answered for longer is given up
+const GOING_MS = 120000;    // an order that takes longer is given up,
+const MOVES_MS = 3000;      // and so is one while the session's time goes on as before
+const LEAP_S = 1, NEAR_S = 0.05;  // time that leaps so near to where it should go has arrived; in a pause, nearer
 const SURE_MS = 4000;       // a second press within this time begins the session anew,
 const DOUBLE_MS = 300;      // but for one that comes at once
 const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
@@ -127,6 +129,7 @@ function lose(reason) {
   call('disconnected');
   lost_s = now();
   mute_s = null;
+  going = null;
 }
 
 // A page that was busy itself has had no time to listen.
@@ -246,17 +249,47 @@ function order(kind, { tilt_deg = 0, speed = 1, to_s = 0, tool = 0 } = {}) {
   const tilt = tilt_deg * Math.PI / 180;
   call('order', ORDER[kind], GRAVITY_M_PER_S2 * Math.sin(tilt), 0, -GRAVITY_M_PER_S2 * Math.cos(tilt), speed, to_s, tool);
   flush();
-  const words = { seek: `Going to ${to_s.toFixed(1)} s …`, begin_anew: 'Beginning anew …' }[kind];
-  if (words) going = { words, since_ms: performance.now(), line: newest_line() };
+  if (kind === 'seek') going = departure(`Going to ${to_s.toFixed(1)} s …`, to_s);
+  if (kind === 'begin_anew') going = departure('Beginning anew …', 0);
 }
 
-// An order that takes a while, until the server has said something.
+// An order to go to another moment takes a while: a server runs what was before it again, and its time stands still.
 let going = null;
 const newest_line = () => state.lines.at(-1)?.number ?? 0;
-function words_of_order() {
-  if (going && (newest_line() > going.line || performance.now() - going.since_ms > GOING_MS)) going = null;
-  return going?.words;
+const departure = (words, to_s) => {
+  const since_ms = performance.now();
+  return { words, to_s, line: newest_line(), at_s: state.time_s, since_ms, stood_ms: since_ms };
+};
+
+function has_arrived() {
+  const leaps = state.time_s < going.at_s || state.time_s > going.at_s + LEAP_S;
+  const away_s = Math.abs(state.time_s - going.to_s);
+  if (state.time_s === going.at_s) going.stood_ms = performance.now();
+  going.at_s = state.time_s;
+  return (leaps && away_s < LEAP_S) || (state.speed === 0 && away_s < NEAR_S);
 }
+// A server obeys the last of several orders that came at once, and says of the others that it refuses them.
+const refuses = ({ number, text }) => number > going.line && /^(seek|anew|orders came too fast): /.test(text) &&
+  !text.includes(': another one came at once');
+
+function words_of_order() {
+  if (!going) return '';
+  const has_ended = has_arrived() || state.lines.some(refuses);
+  const is_lost = performance.now() > Math.min(going.stood_ms + MOVES_MS, going.since_ms + GOING_MS);
+  if (!has_ended && !is_lost) return going.words;
+  const { then_s } = going;
+  going = null;
+  if (then_s !== undefined) order('seek', { to_s: then_s });
+  return going?.words ?? '';
+}
+
+// One order at a time: moments that somebody asks for meanwhile are one, the last.
+function go_to(to_s) {
+  if (!going) return order('seek', { to_s });
+  going.then_s = to_s;
+  going.words = `Going to ${to_s.toFixed(1)} s …`;
+}
+const go_back = () => go_to(Math.max(0, (going ? going.then_s ?? going.to_s : state.time_s) - BACK_S));
 
 // A list is made anew only when something in it has changed: a button must live from press to release.
 function show_list(id, key, make) {
@@ -475,9 +508,9 @@ async function begin() {
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
   byId('anew').onclick = begin_anew;
   byId('score').onclick = () => order('tell_score');
-  byId('back').onclick = () => order('seek', { to_s: Math.max(0, state.time_s - BACK_S) });
+  byId('back').onclick = go_back;
   for (const id of ['moment', 'speed', 'tilt']) byId(id).oninput = () => used_ms.set(id, performance.now());
-  byId('moment').onchange = () => order('seek', { to_s: Number(byId('moment').value) });
+  byId('moment').onchange = () => go_to(Number(byId('moment').value));
   byId('speed').onchange = () => order('set_speed', { speed: Number(byId('speed').value) });
   byId('tilt').onchange = () => order('tilt', { tilt_deg: Number(byId('tilt').value) });
   window.onresize = () => call('resize', ...pixel_size());
