@@ -117,5 +117,7 @@ function show_tries() {
       ? [row(`beside the line, to ${most_mm.toFixed(1)} mm`, shown.map((one) => deviation_picture(one, most_mm)))] : []));
 }
 
+const hide_tries = () => { byId('tries').hidden = true; };
 byId('show_tries').onclick = () => { byId('tries').hidden = !byId('tries').hidden; };
-byId('hide_tries').onclick = () => { byId('tries').hidden = true; };
+byId('hide_tries').onclick = hide_tries;
+window.addEventListener('keydown', (event) => { if (event.key === 'Escape') hide_tries(); });
