@@ -422,15 +422,37 @@ function show() {
     return item;
   }));
   show_list('links', JSON.stringify(state.links), () => state.links.map((line) => element('li', line)));
-  show_list('score_lines', JSON.stringify(state.score), () =>
-    [document.createTextNode(state.score.filter((line) => !line.startsWith(ALONG)).map(in_words).join('\n'))]);
-  byId('score_of').hidden = state.score.length === 0 && tries.length === 0;
+  show_score();
   show_task();
   show_fields();
   say_anew();
   byId('cuts').textContent = state.cuts === undefined ? '' : `${state.cuts} cuts, ${state.refused} refused`;
   show_list('lines', JSON.stringify(state.lines.map((l) => l.number)), () =>
     state.lines.map(in_line).reverse());
+}
+
+// A score that is already there when the page comes was told nobody knows when.
+const SCORE_SOON_MS = 5000;
+let score_heard = 0, score_asked_ms = -Infinity;
+function show_score() {
+  byId('score_of').hidden = state.score.length === 0 && tries.length === 0;
+  byId('score_when').hidden = state.score.length === 0;
+  show_list('score_lines', JSON.stringify(state.score), () =>
+    state.score.filter((line) => !line.startsWith(ALONG)).map((line) => {
+      const [name, value, verdict] = entry(line);
+      const item = element('li', name + ' ');
+      item.append(element('span', value, { className: verdict }));
+      return item;
+    }));
+  if (state.score_lines_heard === score_heard) return;
+  score_heard = state.score_lines_heard;
+  byId('score_when').textContent = now() - open_s < SILENT_S ? '' : `at ${state.time_s.toFixed(1)} s`;
+  if (performance.now() - score_asked_ms < SCORE_SOON_MS) byId('score_of').scrollIntoView({ block: 'nearest' });
+}
+
+function ask_score() {
+  score_asked_ms = performance.now();
+  order('tell_score');
 }
 
 function show_task() {
@@ -507,7 +529,7 @@ async function begin() {
   byId('home').onclick = () => call('reset_camera');
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
   byId('anew').onclick = begin_anew;
-  byId('score').onclick = () => order('tell_score');
+  byId('score').onclick = ask_score;
   byId('back').onclick = go_back;
   for (const id of ['moment', 'speed', 'tilt']) byId(id).oninput = () => used_ms.set(id, performance.now());
   byId('moment').onchange = () => go_to(Number(byId('moment').value));

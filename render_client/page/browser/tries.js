@@ -68,16 +68,17 @@ function deviation_picture(one, most_mm) {
     shape('rect', { x: i * wide, y: HIGH - HIGH * mm / most_mm, width: 0.8 * wide, height: HIGH * mm / most_mm })));
 }
 
-const in_words = (line) => line.replace(/ {2,}/, ': ').replace(/ {2,}/g, ', ');
+// A number stays with its unit.
+const unbroken = (text) => text.replace(/(\d) (?=(ml|mm|m|s|N|%)(\W|$))/g, '$1\u00a0');
 
 // A line of a score is a name, blanks, and a value. Targets that were reached or missed stand under their names.
 function entry(line) {
-  const [, name, value] = line.match(/^(.*?)\s{2,}(.*)$/) ?? [null, line, ''];
+  const [, name, value] = unbroken(line).match(/^(.*?)\s{2,}(.*)$/) ?? [null, unbroken(line), ''];
   if (name === 'path') {
     const parts = value.split(/\s{3,}/);
     return [`path, ${parts.pop()}`, parts.join(', '), ''];
   }
-  if (name !== 'reached' && name !== 'missed') return [name, value.replace(/ {2,}/g, ', '), ''];
+  if (name !== 'reached' && name !== 'missed') return [name, value.replace(/ {2,}\(/g, ' (').replace(/ {2,}/g, ', '), ''];
   const [target, got] = value.split(': ');
   return [target, `${got}, ${name}`, name];
 }
