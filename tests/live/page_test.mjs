@@ -103,11 +103,17 @@ try {
   });
 
   await check('who holds nothing yet is told how to, and who watches how to take part', async () => {
-    await until('the hint', async () => (await text(ada, 'hint')) === 'To hold an instrument, press Take in hand.');
     const late = await browser.open(session.watching);
     await until('the hint', async () => (await text(late, 'hint')).startsWith('You are watching'));
     await late.evaluate(`location.hash = ${JSON.stringify(new URL(session.address).hash)}`);
     await late.until('the right to hold', (s) => s.people.find((p) => p.id === s.you)?.may_write);
+    await until('the hint', async () => (await text(late, 'hint')) === 'To hold an instrument, press Take in hand.');
+    await late.click('Take in hand');
+    await until('its end', async () => !(await is_seen(late, 'hint')));
+    await late.click('Put down');
+    await late.until('an empty hand', (s) => s.held === null);
+    await sleep(300);
+    assert.equal(await is_seen(late, 'hint'), false, 'who has held one knows how to');
     await late.close();
   });
 

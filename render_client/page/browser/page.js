@@ -326,8 +326,9 @@ function another_hand_leads(tool) {
   return astray && now() - astray_since_s > ASTRAY_S;
 }
 
-let presses_beside = 0, hinted_ms = -Infinity;
+let presses_beside = 0, hinted_ms = -Infinity, has_held = false;
 function hint(me) {
+  has_held ||= holds();
   if (state.presses_beside > presses_beside) hinted_ms = performance.now();
   presses_beside = state.presses_beside;
   const ordered = words_of_order();
@@ -342,9 +343,7 @@ function hint(me) {
 }
 
 // To somebody who holds nothing yet.
-let has_held = false;
 function first_word(me) {
-  has_held ||= holds();
   if (has_held || !me || state.ended || state.tools.length === 0 || !window.sectio.connected) return '';
   if (!me.may_write) return 'You are watching: drag to turn the view. The whole address, with what follows #, lets you take part.';
   const panel = document.body.classList.contains('folded') ? 'open the panel and ' : '';
