@@ -345,6 +345,7 @@ function hint(me) {
 // To somebody who holds nothing yet.
 function first_word(me) {
   if (has_held || !me || state.ended || state.tools.length === 0 || !window.sectio.connected) return '';
+  if (!me.may_write && token()) return 'You are watching: the address ends in a wrong token. Ask for the whole address again.';
   if (!me.may_write) return 'You are watching: drag to turn the view. The whole address, with what follows #, lets you take part.';
   const panel = document.body.classList.contains('folded') ? 'open the panel and ' : '';
   const words = state.tools.some((tool) => tool.holder === 0) ? 'Take in hand' : 'Take over';
