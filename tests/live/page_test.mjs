@@ -57,6 +57,8 @@ try {
     await again.close();
     await call_oneself(ada, 'Ada');
     await ada.until('the name', (s) => called(s) === 'Ada' && s.people.length === 1);
+    await call_oneself(ada, ' ');
+    assert.equal(await ada.evaluate(`document.getElementById('name').value`), 'Ada', 'a name that is emptied comes back');
   });
 
   await check('whoever has an address that is damaged watches, and is told so', async () => {

@@ -514,6 +514,7 @@ async function begin() {
   const [width, height] = pixel_size();
   if (!call('begin', width, height)) show_stills();
   byId('name').onchange = () => {
+    if (!byId('name').value.trim()) byId('name').value = sessionStorage.getItem('name') ?? '';
     sessionStorage.setItem('name', own_name());
     introduce();
   };
