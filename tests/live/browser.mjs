@@ -124,9 +124,13 @@ class Page {
   async key(key) {
     for (const type of ['keyDown', 'keyUp']) await this.send('Input.dispatchKeyEvent', { type, key, text: key });
   }
-  // Fingers on the screen from now on: touchStart and touchMove with their places, touchEnd with those that stay.
+  // Fingers on the screen from now on: touchStart and touchMove with their places, touchEnd with the first ones, which
+  // stay. Chromium is told of those that go.
   touch(type, ...places) {
-    return this.send('Input.dispatchTouchEvent', { type, touchPoints: places.map(([x, y], id) => ({ x, y, id })) });
+    const points = places.map(([x, y], id) => ({ x, y, id }));
+    const touchPoints = type === 'touchEnd' && points.length > 0 ? this.fingers.slice(points.length) : points;
+    this.fingers = points;
+    return this.send('Input.dispatchTouchEvent', { type, touchPoints });
   }
   async click(text) {
     await until(`a button "${text}"`, () => this.evaluate(`(() => {
