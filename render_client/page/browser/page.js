@@ -10,7 +10,8 @@ const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
 const GOING_MS = 120000;    // an order that takes longer is given up,
 const MOVES_MS = 3000;      // and so is one while the session's time goes on as before
-const LEAP_S = 1, NEAR_S = 0.05;  // time that leaps so near to where it should go has arrived; in a pause, nearer
+const LEAP_S = 1, SOON_S = 5;  // time that leaps to where it should go, or shortly after that, has arrived
+const NEAR_S = 0.05;
 const SURE_MS = 4000;       // a second press within this time begins the session anew,
 const DOUBLE_MS = 300;      // but for one that comes at once
 const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
@@ -263,18 +264,19 @@ const departure = (words, to_s) => {
 
 function has_arrived() {
   const leaps = state.time_s < going.at_s || state.time_s > going.at_s + LEAP_S;
-  const away_s = Math.abs(state.time_s - going.to_s);
+  const since_s = state.time_s - going.to_s;
   if (state.time_s === going.at_s) going.stood_ms = performance.now();
   going.at_s = state.time_s;
-  return (leaps && away_s < LEAP_S) || (state.speed === 0 && away_s < NEAR_S);
+  return (leaps || state.speed === 0) && since_s > -NEAR_S && since_s < (leaps ? SOON_S : NEAR_S);
 }
-// A server obeys the last of several orders that came at once, and says of the others that it refuses them.
-const refuses = ({ number, text }) => number > going.line && /^(seek|anew|orders came too fast): /.test(text) &&
-  !text.includes(': another one came at once');
+// The line of a refusal, or of a record that has no such moment. A server obeys the last of several orders that came at
+// once, and says of the others that it refuses them.
+const ends_order = ({ number, text }) => number > going.line && !text.includes(': another one came at once') &&
+  /^(seek: |anew: |orders came too fast: |paused at the end of the record)/.test(text);
 
 function words_of_order() {
   if (!going) return '';
-  const has_ended = has_arrived() || state.lines.some(refuses);
+  const has_ended = has_arrived() || state.lines.some(ends_order);
   const is_lost = performance.now() > Math.min(going.stood_ms + MOVES_MS, going.since_ms + GOING_MS);
   if (!has_ended && !is_lost) return going.words;
   const { then_s } = going;
