@@ -65,7 +65,7 @@ try {
     for (const token of ['%E0%A4%A', 'x'.repeat(200)]) {
       const eve = await browser.open(`${session.watching}#${token}`);
       await eve.until('the word of it', (s) => equal(s) && line(s, 'the token in the address is not this session\'s'));
-      await until('the hint', async () => (await text(eve, 'hint')).includes('a wrong token'));
+      await until('the warning', async () => (await eve.warning()).includes('a wrong token'));
       await eve.close();
     }
     await ada.until('that nobody else is here', (s) => s.people.length === 1);

@@ -347,7 +347,6 @@ function hint(me) {
 // To somebody who holds nothing yet.
 function first_word(me) {
   if (has_held || !me || state.ended || state.tools.length === 0 || !window.sectio.connected) return '';
-  if (!me.may_write && token()) return 'You are watching: the address ends in a wrong token. Ask for the whole address again.';
   if (!me.may_write) return 'You are watching: drag to turn the view. The whole address, with what follows #, lets you take part.';
   const panel = document.body.classList.contains('folded') ? 'open the panel and ' : '';
   const words = state.tools.some((tool) => tool.holder === 0) ? 'Take in hand' : 'Take over';
@@ -384,7 +383,8 @@ function show() {
   const names = new Map(state.people.map(({ id, name }) => [id, name]));
   const is_silent = mute_s !== null && !state.ended && window.sectio.connected;
   const silent = is_silent ? `${mute} has been silent` : '';
-  say('warning_said', window.sectio.connected ? silent || no_webgl : state.ended ? 'the session has ended' : refusal);
+  const wrong = me && !me.may_write && token() ? 'the address ends in a wrong token: you are watching' : '';
+  say('warning_said', window.sectio.connected ? silent || wrong || no_webgl : state.ended ? 'the session has ended' : refusal);
   say('warning_for', is_silent ? ` for ${how_long(mute_s)}` : '');
   byId('warning').hidden = byId('warning_said').hidden;
   byId('session').textContent = state.session || 'waiting for a session';
