@@ -114,7 +114,8 @@ bool BladeCut::cut_for_good(BladeTrack& track, bool is_lifted) {
     outcome = cut_along(track, tissue_.metres(settings_.thread_edges), has_fronts ? kEnd | kAlong : 0);
   track.is_through = outcome.twins > 0 && (outcome.beyond & kEnd) == 0;
   if (!track.is_through) topology_.undo_to(mark);
-  if (!track.is_through && !is_lifted) outcome = cut_along(track, 0, has_fronts ? kAlong : 0);
+  const double beyond_m = track.arrives ? tissue_.metres(settings_.overlap_edges) : 0;  // through the wall of the slit
+  if (!track.is_through && !is_lifted) outcome = cut_along(track, beyond_m, has_fronts ? kAlong : 0);
   if (outcome.twins == 0 || (is_lifted && !track.is_through)) {
     topology_.undo_to(mark);  // nothing opens yet
     track.is_through = false;

@@ -59,10 +59,13 @@ void add_bends(std::span<const BladeEdge> edges, std::size_t first, std::size_t 
 
 // A blade that is in a slit is in its plane: what it cuts next begins at the end of the slit, not beside it. A blade
 // that crosses a slit is where its way crosses the plane: a cut from further aside would leave a crumb between both.
+bool crosses(const SlitPlane& plane, const Vec3& way_m) {
+  return std::abs(way_m.stableNormalized().dot(plane.normal)) > kCrosses;
+}
+
 BladeEdge on_plane(const SlitPlane& plane, BladeEdge edge, const Vec3& way_m) {
   const Vec3 way = way_m.stableNormalized();
-  const double slope = way.dot(plane.normal);
-  const Vec3 back = std::abs(slope) > kCrosses ? Vec3(way / slope) : plane.normal;
+  const Vec3 back = crosses(plane, way_m) ? Vec3(way / way.dot(plane.normal)) : plane.normal;
   for (Vec3* end_m : {&edge.tip_m, &edge.heel_m}) *end_m -= plane.height_m(*end_m) * back;
   return edge;
 }
@@ -109,6 +112,12 @@ void BladeTrack::restart_from(const BladeEdge& place) {
 void BladeTrack::go_on_from_front(const Tissue& tissue) {
   restart_from(open_to.moved(-tissue.metres(tissue.settings.lag_edges) * forward));
   is_at_front = true;
+}
+
+bool BladeTrack::comes_across(const Tissue& tissue, const SlitPlane& plane, const BladeEdge& edge) const {
+  if (!tissue.settings.follows_blade() || edges.empty()) return false;
+  const double left_m = std::abs(plane.height_m(open_to.at(0.5)));
+  return left_m > tissue.metres(tissue.settings.joined_crossing_edges) && crosses(plane, forward_m(open_to, edge));
 }
 
 bool BladeTrack::turns_at_end(const Tissue& tissue, const BladeEdge& edge) const {
@@ -235,6 +244,7 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   const FrontSettings& settings = tissue.settings;
   BladeTrack& track = by_edge[motion.edge_id];
   const double same_m = tissue.metres(settings.follows_blade() ? 0 : settings.same_place_edges);
+  if (std::exchange(track.arrives, false)) track.restart_from(track.edges.back());
   for (const Blade& blade : way_of(tissue, motion, slit)) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     const TissueAround around_blade = around(tissue, blade, last, track);
@@ -243,9 +253,15 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
                                   : edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
     const BladeEdge edge = track.part_of(tissue, near.edge);
     if (near.is_in_slit && !track.turns_at_end(tissue, edge)) {
-      if (!std::exchange(track.is_in_slit, true)) track.came_into_slit = edge;
-      track.add(near.plane ? on_plane(*near.plane, edge, forward_m(track.came_into_slit, edge)) : edge, same_m);
-      track.restart_from(track.edges.back());
+      const bool comes = !std::exchange(track.is_in_slit, true);
+      if (comes) track.came_into_slit = edge;
+      if (comes && near.plane && track.comes_across(tissue, *near.plane, edge)) {
+        track.arrives = true;
+        track.add(on_plane(*near.plane, edge, forward_m(track.open_to, edge)), same_m);
+      } else if (!track.arrives) {
+        track.add(near.plane ? on_plane(*near.plane, edge, forward_m(track.came_into_slit, edge)) : edge, same_m);
+        track.restart_from(track.edges.back());
+      }
     } else {
       track.add(edge, same_m);
       track.is_in_slit = false;
@@ -263,6 +279,7 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
     }
     track.since_cut_m = track.ahead_m(tissue);
   }
+  if (track.arrives) track.next_cut_m = 0;
   const double longest_m = tissue.metres(settings.longest_sheet_edges);
   const double behind_m = tissue.metres(settings.follows_blade() ? settings.front_behind_edges : settings.behind_edges);
   const double reach_m = std::min(longest_m, std::max(0.0, track.since_cut_m) + behind_m);

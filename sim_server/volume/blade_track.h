@@ -46,6 +46,7 @@ struct BladeTrack {
   bool is_through = false;               // the tissue has been cut to its end
   bool turns = false;                    // it has left the direction of its front, and may come to a corner
   bool is_in_slit = false;               // the slit was open before the blade came
+  bool arrives = false;                  // with fronts: it has come across to a slit in this step, and is open up to it
   BladeEdge came_into_slit;              // the blade was here when it came into it
   Pose frame_world;                      // the tissue around the blade
   double since_cut_m = 0;                // how far the blade has gone forward from `open_to`
@@ -64,6 +65,8 @@ struct BladeTrack {
   void restart_from(const BladeEdge& place);
   // The same at the end of its front, which is left open for good.
   void go_on_from_front(const Tissue& tissue);
+  // With fronts: a blade that comes into a slit here has come to it through tissue, from one side.
+  bool comes_across(const Tissue& tissue, const SlitPlane& plane, const BladeEdge& edge) const;
   // Without fronts: elements at the end of a slit have been cut in part. A blade that turns there, and has not gone
   // back, first finishes them along the way that it came.
   bool turns_at_end(const Tissue& tissue, const BladeEdge& edge) const;
@@ -96,7 +99,7 @@ struct BladeTrack {
   template <class A>
   void archive(A& a) {
     a(edges, most_share, open_to, forward, is_at_entry, is_at_front, has_front, tissue_ends, is_through, turns,
-      is_in_slit, came_into_slit, frame_world, since_cut_m, next_cut_m, front_vertices, vertices_near);
+      is_in_slit, arrives, came_into_slit, frame_world, since_cut_m, next_cut_m, front_vertices, vertices_near);
   }
 };
 
