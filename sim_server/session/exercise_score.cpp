@@ -108,6 +108,7 @@ ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
     : scene_(scene),
       simulation_(simulation),
       tremors_(scene.tools.size(), TremorGauge(scene.step_s)),
+      untouched_m_(scene.tools.size()),
       tips_(scene.tools.size()),
       edges_(scene.tools.size()) {
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
@@ -170,8 +171,11 @@ void ExerciseScore::add(const StepOutput& output) {
     if (std::ranges::find(family_, part.parent_id) != family_.end()) family_.push_back(part.body_id);
   for (std::uint32_t i = 0; i < tips_.size(); ++i) {
     const auto& pose = simulation_.tool_pose_world(i);
-    if (!pose) continue;
-    instruments_[i].path_m += way_to(pose->to_world(scene_.tools[i].geometry.a_tool_m), tips_[i]);
+    if (!pose) {  // it comes back elsewhere
+      tips_[i].reset(), edges_[i].reset();
+      continue;
+    }
+    untouched_m_[i] += way_to(pose->to_world(scene_.tools[i].geometry.a_tool_m), tips_[i]);
     const Vec3 edge = edge_world_m(scene_.tools[i], *pose);
     const double way_m = way_to(edge, edges_[i]);
     const bool cuts = std::ranges::any_of(output.contacts, [&](const ContactModel& contact) {
@@ -188,6 +192,8 @@ void ExerciseScore::add(const StepOutput& output) {
   for (const ContactModel& contact : output.contacts) {
     if (contact.state == ContactState::free) continue;
     InstrumentUse& use = instruments_[contact.tool_id];
+    const double way_m = std::exchange(untouched_m_[contact.tool_id], 0);
+    if (use.contact_time_s > 0) use.path_m += way_m;
     use.largest_force_n = std::max(use.largest_force_n, contact.force_world_n.norm());
     use.contact_time_s += scene_.step_s;
     if (!first_touch_s_) first_touch_s_ = output.sim_time_s;
@@ -236,10 +242,9 @@ std::vector<std::string> to_lines(const Score& score) {
   if (score.line) {
     const LineScore& l = *score.line;
     lines.push_back(line("line cut                %8.1f %% of %.0f mm", 100 * l.cut_fraction, 1e3 * l.length_m));
-    const bool at_line = std::ranges::any_of(l.beside_m, [](const auto& beside_m) { return beside_m.has_value(); });
-    lines.push_back(at_line ? line("beside the line         %8.2f mm rms, %.2f mm at most", 1e3 * l.deviation_m,
-                                   1e3 * l.most_deviation_m)
-                            : "beside the line         nothing was cut at it");
+    lines.push_back(l.has_cuts() ? line("beside the line         %8.2f mm rms, %.2f mm at most", 1e3 * l.deviation_m,
+                                        1e3 * l.most_deviation_m)
+                                 : "beside the line         nothing was cut at it");
     lines.push_back(l.depth_m > 0
                         ? line("depth                   %8.2f mm   astray %.1f mm", 1e3 * l.depth_m, 1e3 * l.astray_m)
                         : line("depth                   nowhere on the line   astray %.1f mm", 1e3 * l.astray_m, 0));

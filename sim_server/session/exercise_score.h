@@ -4,6 +4,7 @@
 // body of its own, a component of one, or crumbs that were removed.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -27,7 +28,7 @@ struct TissuePiece {
 
 struct InstrumentUse {
   std::string name;
-  double path_m = 0;  // path of its tip
+  double path_m = 0;  // path of its tip, from its first touch to its last
   double largest_force_n = 0;
   double contact_time_s = 0;
 
@@ -49,6 +50,10 @@ struct LineScore {
   double tremor_m = 0;  // the hand that trembles most (tremor_gauge.h)
   // The largest deviation in each of equal parts of the line, at most kLineParts; nothing where no blade was.
   std::vector<std::optional<double>> beside_m;
+
+  bool has_cuts() const {
+    return std::ranges::any_of(beside_m, [](const auto& part) { return part.has_value(); });
+  }
 };
 constexpr std::size_t kLineParts = 40;
 
@@ -112,8 +117,8 @@ class ExerciseScore {
 
   template <class A>
   void archive(A& a) {
-    a(family_, marked_m3_, healthy_m3_, instruments_, line_, tremors_, tips_, edges_, spared_touches_, first_touch_s_,
-      last_touch_s_);
+    a(family_, marked_m3_, healthy_m3_, instruments_, line_, tremors_, untouched_m_, tips_, edges_, spared_touches_,
+      first_touch_s_, last_touch_s_);
   }
 
  private:
@@ -134,6 +139,7 @@ class ExerciseScore {
   std::vector<InstrumentUse> instruments_;
   std::optional<LineWatch> line_;
   std::vector<TremorGauge> tremors_;               // by tool
+  std::vector<double> untouched_m_;                // by tool: the path of its tip since its last touch
   std::vector<std::optional<Vec3>> tips_, edges_;  // by tool: A, and the lower end of what cuts
   std::optional<std::size_t> spared_touches_;
   std::optional<double> first_touch_s_;

@@ -231,8 +231,10 @@ std::vector<std::string> Recorder::score_lines() const {
   const Outcome outcome = state_->outcome.finish(so_far);
   for (const Expectation& e : state_->scene.expect) {
     const double got = outcome.*e.measure->value;
+    const bool has_no_value = e.measure->of == MeasureOf::line && !so_far.score->line->has_cuts();
     lines.push_back((e.range.contains(got) ? "reached                 " : "missed                  ") +
-                    target_in_words(e) + ": " + value_in_words(*e.measure, got));
+                    target_in_words(e) + ": " +
+                    (has_no_value ? "nothing was cut at it" : value_in_words(*e.measure, got)));
   }
   return lines;
 }

@@ -25,10 +25,14 @@ void TremorGauge::add(const Vec3& tip_world_m, bool counts) {
   const auto m = static_cast<double>(half_);
   const double scale = 3 / ((2 * m - 1) * (2 * m + 1) * (2 * m + 3)), most = 3 * m * m + 3 * m - 1;
   Vec3 smooth_world_m = Vec3::Zero();
+  double way_m = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const double k = static_cast<double>(i) - m;
-    smooth_world_m += scale * (most - 5 * k * k) * tips_world_m_[(next_ + i) % count];
+    const Vec3& at_m = tips_world_m_[(next_ + i) % count];
+    smooth_world_m += scale * (most - 5 * k * k) * at_m;
+    if (i > 0) way_m += (at_m - tips_world_m_[(next_ + i - 1) % count]).norm();
   }
+  if (way_m < kLeastWay_m) return;
   square_m2_ += (tips_world_m_[middle] - smooth_world_m).squaredNorm();
   if (++samples_ < half_) return;
   squares_m2_.push_back(square_m2_ / static_cast<double>(samples_));

@@ -1,7 +1,7 @@
 // How much a hand trembles: the distance of a tip from its own path, smoothed. The smoothed place is that of a parabola
 // fitted to kWindow_s around each moment (Savitzky and Golay), so that neither speed nor acceleration is tremor. The
 // squares are averaged by the tenth of a second, and the median of these counts: a corner of the path is no tremor
-// either.
+// either. A tip that stands still doesn't count: it says nothing of the hand that cuts.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,13 @@ namespace sectio {
 
 class TremorGauge {
  public:
-  static constexpr double kWindow_s = 0.2;  // tremor of 8 to 12 Hz is told within a quarter
+  static constexpr double kWindow_s = 0.2;     // tremor of 8 to 12 Hz is told within a quarter
+  static constexpr double kLeastWay_m = 1e-4;  // the way of a tip in a window
 
   explicit TremorGauge(double step_s = 1);
   // The tip after a step. `counts`: it is at work.
   void add(const Vec3& tip_world_m, bool counts);
-  // Root mean square while the tip was at work; 0 when that was for no whole window.
+  // Root mean square while the tip was at work and moved; 0 when that was for no whole window.
   double rms_m() const;
 
   template <class A>
