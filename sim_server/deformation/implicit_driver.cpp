@@ -126,7 +126,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
   inertial_.resize(count), now_.resize(count), base_.resize(count);
   residual_ = 0;
   bool met = true;
-  int left = kMostProducts;
+  int left = kMostProducts, stood = 0;
   for (int n = 0; n < parts; ++n) {
     for (std::size_t c = 0; c < part_.size(); ++c)
       if (!constraints[c].unilateral)  // a pressing target stays where it will be
@@ -159,6 +159,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
     const double furthest_m = motion.largest_speed_m_per_s * h;
     if (!outcome.met && (!(outcome.residual < kLost) || is_thrown(particles, furthest_m))) {
       stand_still(particles, furthest_m, h, smoother);
+      ++stood;
       continue;
     }
     end_part(part, particles, furthest_m);
@@ -168,6 +169,10 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
       reactions[c].active |= of_part_[c].active;
       reactions[c].work_j += of_part_[c].work_j;
     }
+  }
+  for (Reaction& reaction : reactions) {
+    reaction.is_known = stood < parts;
+    if (reaction.is_known) reaction.force_on_tool_n *= static_cast<double>(parts) / (parts - stood);
   }
   return met;
 }

@@ -70,6 +70,7 @@ struct Reaction {
   Vec3 force_on_tool_n = Vec3::Zero();  // - sum m_i dx_i / h^2
   bool active = false;                  // the constraint moved something
   double work_j = 0;                    // by the tool: its force times the displacement of the point in this step
+  bool is_known = true;                 // false: the step was not solved, and says nothing of the force
 };
 
 // The force at a point that can't move, when something presses it.

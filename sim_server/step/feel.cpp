@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "sim_server/step/step.h"
@@ -101,7 +102,10 @@ void feel(SimulatedWorld& world, StepContext& context) {
     add_surface(world, t, at_world_m, felt);
     cap_force(world, context, t, tool, felt);
     in_contact |= felt.state != ContactState::free;
-    context.output.contacts.push_back(tool.fitter.fit(felt));
+    ContactModel model = tool.fitter.fit(felt);
+    model.yield_n =
+        std::min(model.yield_n, world.scene.tools[t].largest_force_n);  // the hand's own motion adds no more
+    context.output.contacts.push_back(model);
   }
   if (in_contact) context.output.report.contact_time_s += world.scene.step_s;
 }

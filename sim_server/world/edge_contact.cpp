@@ -13,10 +13,13 @@ namespace {
 
 constexpr double kPressedIn_m = 0.005;  // the side of a body that an edge has pressed in is so far further back
 constexpr double kLetGo_m = 5e-4;       // this far above the surface a contact ends
-constexpr double kBeneath_m = 3e-4;     // there is tissue this far ahead of what presses
+constexpr double kBeneath_m = 3e-4;     // there is tissue this far ahead of what presses,
+constexpr double kHangs_m = 1e-3;       // or begins within so much more
 constexpr const char* kPushedThrough = "it was pushed through, and the skin slipped off";
 constexpr const char* kPressedTooFar = "it was pressed in further than the skin gives way, and the skin slipped off";
 constexpr const char* kThroughWhole = "a part that moves as a whole isn't cut: the blade goes through it";
+constexpr const char* kCameInside =
+    "the instrument came into the scene inside the body, and isn't felt until it has been out";
 constexpr double kDeepDent_m = 0.005;  // a dent from which on an instrument may have gone through
 constexpr int kLookThroughEvery = 8;   // steps
 constexpr int kBeneathSteps = 3;       // however long a step is
@@ -120,6 +123,11 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   contact_points_.clear();
   if (before || !poses.empty()) edge_ = edge_.at(poses.empty() ? *before : poses.back());
   opening_before_rad_ = before ? before->opening_rad : edge_.pose().opening_rad;
+  if (is_unfelt_) {
+    is_unfelt_ = !is_clear_of(body_, edge_);
+    if (std::exchange(arrives_, false) && is_unfelt_) events_.push_back({EventKind::did_not_cut, kCameInside});
+    if (is_unfelt_) return;
+  }
   if (phase_ == Phase::through && is_clear_of(body_, edge_)) phase_ = Phase::free, tracker_.reset();
   if (const auto sharp_side = edge_.sharp_side_world(); sharp_side && before)
     came_sideways_m_ += std::max(0.0, sharp_side->dot(edge_.tip_world_m() - edge_.at(*before).tip_world_m()));
@@ -252,6 +260,8 @@ void EdgeContact::hold_particles(std::span<const HeldParticle> held) {
 }
 
 void EdgeContact::deformed(std::span<const Reaction> reactions) {
+  // A step that wasn't solved says nothing of the force, which stays as it was.
+  if (std::ranges::any_of(reactions, [](const Reaction& r) { return !r.is_known; })) return;
   Reaction sum;
   for (const Reaction& r : reactions) {
     sum.force_on_tool_n += r.force_on_tool_n;
@@ -317,10 +327,13 @@ void EdgeContact::pressed_round(std::span<const Reaction> reactions) {
   if (slips_through((undeformed - middle->nearest.target_world_m).dot(normal_), ahead)) slip_off(kPushedThrough);
 }
 
-// There is no tissue ahead of what presses any more.
+// There is no tissue ahead of what presses any more: neither at this place nor, where the bottom of the dent hangs lower,
+// a little further.
 bool EdgeContact::slips_through(double displacement_m, const Vec3& ahead_world_m) {
-  return displacement_m > kDeepDent_m && deep_steps_++ % kLookThroughEvery == 0 &&
-         !body_.tree().inside(body_.view(), ahead_world_m);
+  if (!(displacement_m > kDeepDent_m) || deep_steps_++ % kLookThroughEvery != 0) return false;
+  if (body_.tree().inside(body_.view(), ahead_world_m)) return false;
+  const auto hits = body_.tree().hits(body_.view(), ahead_world_m, ahead_world_m - kHangs_m * normal_);
+  return std::ranges::none_of(hits, &SurfaceHit::entering);
 }
 
 double EdgeContact::penetration_m() {

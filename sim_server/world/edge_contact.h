@@ -35,6 +35,9 @@ class EdgeContact {
  public:
   EdgeContact(const InstrumentEdge& edge, Body& body, double step_s);
 
+  // Called before approach() when the instrument comes into the scene. One that comes in the body, and not through its
+  // surface, is not felt and cuts nothing until it has been clear of it.
+  void arrive() { is_unfelt_ = arrives_ = true; }
   // Called before planning; follows the poses since the last step. No poses: the instrument rests.
   void approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous);
   // Appends the edge's wishes for plan_cut().
@@ -81,7 +84,7 @@ class EdgeContact {
   void archive(A& a) {
     a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_,
       came_sideways_m_, stroke_, ended_at_, deep_steps_, steps_beneath_, groove_searches_, was_clear_, point_, normal_,
-      contact_points_, constraints_, force_n_, said_tip_is_outside_, events_);
+      contact_points_, constraints_, force_n_, said_tip_is_outside_, is_unfelt_, arrives_, events_);
   }
 
  private:
@@ -165,7 +168,8 @@ class EdgeContact {
   std::vector<PointConstraint> constraints_;
   Vec3 force_n_ = Vec3::Zero();
 
-  bool said_tip_is_outside_ = false;  // in this contact
+  bool said_tip_is_outside_ = false;          // in this contact
+  bool is_unfelt_ = false, arrives_ = false;  // it came into the scene in the body; in this step
   std::vector<ContactEvent> events_;
 };
 
