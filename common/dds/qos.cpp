@@ -44,7 +44,8 @@ constexpr std::array kTopics{
     TopicQos{"scene",             SECTIO_TYPE(SceneInfo),       kReliable,   kLateJoiners, 1,    2 * kMiB},
     TopicQos{"events",            SECTIO_TYPE(SessionEvent),    kReliable,   kLateJoiners, 256,  4 * kKiB},
     TopicQos{"server_status",     SECTIO_TYPE(ServerStatus),    kBestEffort, kNowOnly,     1,    64 * kKiB},
-    TopicQos{"session_orders",    SECTIO_TYPE(SessionOrder),    kReliable,   kLateJoiners, 16,   kKiB,     kStream, {}, kManyRequests},
+    // A server that comes later, to go on with a session, has nothing to do with orders to the one before.
+    TopicQos{"session_orders",    SECTIO_TYPE(SessionOrder),    kReliable,   kNowOnly,     16,   kKiB,     kStream, {}, kManyRequests},
     TopicQos{"session_end",       SECTIO_TYPE(SessionEnd),      kReliable,   kLateJoiners, 1,    64 * kKiB},
     // For a standby, which asks for what it has missed.
     TopicQos{"step_inputs",       SECTIO_TYPE(StepInputs),      kReliable,   kNowOnly,     4096, kMiB},

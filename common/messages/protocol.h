@@ -20,6 +20,7 @@ namespace sectio {
 //  10  before a server told where ends what it plays, and sessions were named for the program that begins them
 //  11  before a contact said that jaws hold something
 //  12  before a status told the speed at which a paused session goes on
-constexpr std::uint32_t kProtocolVersion = 13;
+//  13  before orders were for servers that are there alone
+constexpr std::uint32_t kProtocolVersion = 14;
 
 }  // namespace sectio
