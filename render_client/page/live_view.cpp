@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "common/core/json_text.h"
 #include "common/core/report_figures.h"
@@ -24,6 +25,7 @@ void describe_place(JsonText& json, const char* name, const Vec3& place) {
 }
 
 constexpr double kBack_s = 0.5;  // servers of one session are less far apart
+constexpr double kBusy_s = 0.8;  // a little less than after which a bridge draws the instrument of a silent hand out
 
 }  // namespace
 
@@ -35,7 +37,8 @@ bool LiveView::snips(std::uint32_t tool_id) const {
 bool LiveView::tick(double now_s) {
   const double before_s = frame_.sim_time_s;
   const bool fresh = session.frame(now_s, frame_);
-  if (fresh && frame_.sim_time_s < before_s - kBack_s) hand_.lift();  // other tissue is under it now
+  if (fresh && frame_.sim_time_s < before_s - kBack_s) hand_.lift();               // other tissue is under it now
+  if (now_s - std::exchange(ticked_s_, now_s) > kBusy_s) hand_.lift(), pad_ = {};  // its instrument is out by now
   if (fresh && first_view_ != session.world().scene()->camera) {
     first_view_ = session.world().scene()->camera;
     camera_ = OrbitCamera(*first_view_);

@@ -75,7 +75,7 @@ class LiveView {
   double section_nearer_m_ = 0;
   double aspect_ = 1;
   bool moved_ = false;
-  double claimed_s_ = -1e300;
+  double claimed_s_ = -1e300, ticked_s_ = -1e300;
   std::uint64_t pictures_ = 0;
 };
 

@@ -24,6 +24,7 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 constexpr double kTogether_s = 0.1;      // the most by which a server may be ahead of the slowest one of its session
+constexpr double kElsewhere_m = 0.002;   // a hand that rests in a pause moves by less
 constexpr double kLongestTask_s = 3600;  // steps that are run again, a report: nobody takes that for a hang
 constexpr double kListenToHolder_s = 1;  // before a session goes on: does another server hold it?
 constexpr double kUnheard_s = 5;         // so long, when servers are there that have not been heard
@@ -279,17 +280,29 @@ void LiveServer::go_to(const SessionOrder& order) {
   begin(std::move(next));
   if (anew) {  // no instrument is in the scene at the beginning, and one that is frozen could never come into it
     for (std::uint32_t tool = 0; tool < session_.scene.tools.size(); ++tool) session_.net->set_frozen(tool, false);
-    session_.thawed.clear();
     keep_orders();
-    return tell(EventKind::begun_anew, "the session begins anew");
   }
+  displace_hands();
+  if (anew) return tell(EventKind::begun_anew, "the session begins anew");
   tell(EventKind::sought,
        formatted("the session %s from %.2f s", session_.past ? "is shown" : "goes on", session_.time_s()));
+}
+
+// A hand that was in tissue is in tissue that isn't what it was.
+void LiveServer::displace_hands() {
+  if (!follows_hands()) return;
+  for (std::uint32_t tool = 0; tool < session_.scene.tools.size(); ++tool)
+    if (!is_frozen(session_.net->frozen_tools(), tool)) session_.displaced.insert(tool);
 }
 
 // Poses that come meanwhile are not part of the session; that a hand has fallen silent is.
 void LiveServer::wait_in_pause() {
   session_.net->take_samples(session_.input.samples);
+  for (const ToolSample& sample : session_.input.samples) {
+    const auto& pose = session_.run->simulation().tool_pose_world(sample.tool_id);
+    const bool is_elsewhere = pose && (sample.pose_world.position_m - pose->position_m).norm() > kElsewhere_m;
+    is_elsewhere ? void(went_away_.insert(sample.tool_id)) : void(went_away_.erase(sample.tool_id));
+  }
   session_.input.samples.clear();
   for (const std::uint32_t tool : session_.net->take_silent_tools()) session_.silent.insert(tool);
   std::this_thread::sleep_for(kStartPollPeriod);
@@ -341,7 +354,8 @@ bool LiveServer::take_input() {
   session_.input.withdrawn = session_.net->take_silent_tools();
   session_.input.withdrawn.insert(session_.input.withdrawn.end(), session_.silent.begin(), session_.silent.end());
   session_.silent.clear();
-  for (const std::uint32_t tool : std::exchange(session_.thawed, {})) {
+  if (follows_hands()) session_.displaced.merge(std::exchange(went_away_, {}));
+  for (const std::uint32_t tool : std::exchange(session_.displaced, {})) {
     std::erase_if(session_.input.samples, [&](const ToolSample& sample) { return sample.tool_id == tool; });
     session_.input.withdrawn.push_back(tool);
   }

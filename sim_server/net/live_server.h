@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 
@@ -28,8 +29,10 @@ class LiveServer {
   void obey(const SessionOrder& order);
   void tell_of_refused_orders();
   void wait_in_pause();
+  bool follows_hands() const { return !session_.past && !session_.options.play_traces; }
   void refuse(const SessionOrder& order, const std::string& why);
   void go_to(const SessionOrder& order);
+  void displace_hands();
   void begin(LiveSession::Try next);
   void keep_session(std::uint64_t claimed_epoch);
   void show_now();
@@ -49,7 +52,8 @@ class LiveServer {
   BudgetPlanner planner_;
   SyncCost cost_;
   double stall_s_;
-  bool touched_ = false;  // an instrument touched something in the last step
+  std::set<std::uint32_t> went_away_;  // tools whose hands are elsewhere than they were when the session paused
+  bool touched_ = false;               // an instrument touched something in the last step
   Clock::time_point due_;
   std::uint64_t refused_told_ = 0;  // orders that came too fast
   Clock::time_point next_refused_{};

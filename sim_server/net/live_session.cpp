@@ -81,7 +81,7 @@ void LiveSession::adopt(const StandingOrders& orders) {
   for (std::uint32_t tool = 0; tool < scene.tools.size(); ++tool)
     if (const bool frozen = is_frozen(orders.frozen_tools, tool); frozen != is_frozen(net->frozen_tools(), tool))
       net->set_frozen(tool, frozen);
-  thawed.clear();
+  displaced.clear();
 }
 
 // Its hand is elsewhere when a tool thaws: it leaves what it is in, and is in the scene anew, at its hand.
@@ -92,7 +92,7 @@ std::optional<Pace::News> LiveSession::hold_off(const SessionOrder& order) {
   net->set_frozen(order.tool_id, freezes);
   const std::string& name = scene.tools[order.tool_id].name;
   if (freezes) return Pace::News{EventKind::instrument_frozen, name + " is frozen where it is"};
-  thawed.insert(order.tool_id);
+  displaced.insert(order.tool_id);
   return Pace::News{EventKind::instrument_thawed, name + " follows its hand again"};
 }
 

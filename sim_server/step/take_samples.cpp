@@ -12,7 +12,7 @@ void take_samples(SimulatedWorld& world, StepContext& context) {
   for (const std::uint32_t t : context.input.withdrawn) {
     if (t >= world.tools.size() || !world.tools[t].withdraw()) continue;
     const ToolSpec& spec = world.scene.tools[t];
-    context.emit(EventKind::instrument_withdrawn, 0, t, spec.name + " is withdrawn: nobody moves it any more");
+    context.emit(EventKind::instrument_withdrawn, 0, t, spec.name + " is withdrawn from where it was");
   }
 }
 

@@ -22,6 +22,7 @@ void touch(SimulatedWorld& world, StepContext& context) {
     };
     each_edge([&](Tool& tool, EdgeContact& contact) {
       if (tool.grasp.holds(b)) return contact.let_go();
+      if (tool.arrives) contact.arrive();
       contact.approach(tool.before, tool.poses, tool.continuous);
       body.at_work |= contact.is_at_work();
     });

@@ -1,5 +1,7 @@
 #include "sim_server/world/tool.h"
 
+#include <utility>
+
 namespace sectio {
 
 Tool::Tool(std::uint32_t tool_id, const Scene& scene) : fitter(tool_id), grasp(scene.tools[tool_id]) {
@@ -12,9 +14,11 @@ void Tool::begin_step() {
   before = pose;
   poses.clear();
   continuous = true;
+  arrives = false;
 }
 
 bool Tool::withdraw() {
+  comes_back |= poses.empty();
   if (!pose || is_withdrawn || !poses.empty()) return false;
   grasp.withdraw();
   pose->position_m += kWithdrawn_m * (pose->orientation * back_tool_);
@@ -42,7 +46,7 @@ void Tool::take(const ToolSample& sample) {
   if (before || !poses.empty())
     poses.push_back(*pose);
   else
-    before = pose;  // the first one of all: it has not moved yet
+    before = pose, arrives = std::exchange(comes_back, false);  // the first one of all: it has not moved yet
 }
 
 ContactStep Tool::contact(double sim_time_s) const {

@@ -20,7 +20,8 @@ struct Tool {
   void begin_step();
   void take(const ToolSample& sample);
   // It lets go and is kWithdrawn_m further back along its own axis, outside of everything, until it is free: then it
-  // has no pose. False when it has none already, or a sample in this step.
+  // has no pose. False when it has none already, or a sample in this step. Its next sample brings it back, wherever its
+  // hand is by then.
   bool withdraw();
 
   // The instrument's contact in this step, with the reaction of its grasp. It must have a pose.
@@ -42,14 +43,15 @@ struct Tool {
   std::optional<JointPose> before;
   std::vector<JointPose> poses;
   bool continuous = true;
+  bool arrives = false;  // it comes back into the scene, at its hand
 
   static constexpr double kWithdrawn_m = 10;
-  bool is_withdrawn = false;
+  bool is_withdrawn = false, comes_back = false;  // until the next sample
 
   template <class A>
   void archive(A& a) {
     a(fitter, grasp, pose, force_is_capped, time_s, source, sequence, velocity_m_per_s, tip, sags_more_m, own_dent,
-      before, poses, continuous, is_withdrawn);
+      before, poses, continuous, arrives, is_withdrawn, comes_back);
   }
 
  private:

@@ -2,6 +2,7 @@
 #include <turbojpeg.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 
 #include "tests/support/gateway_programs.h"
@@ -206,6 +207,56 @@ TEST_F(GatewayProgram, a_teacher_freezes_an_instrument_which_stays_where_it_is_u
   const auto events = json("out/report.json")["run"]["events"];
   EXPECT_EQ(events["instrument withdrawn"], 1) << "it is taken out before it follows";
   for (Process* each : {hand.get(), web.get()}) each->send(SIGINT), each->exit_code();
+}
+
+// The teacher begins anew while she cuts: her hand is where it was, in tissue that is whole again.
+TEST_F(GatewayProgram, a_blade_in_the_tissue_cuts_nothing_when_the_session_begins_anew) {
+  const auto sim = program("sim_server", in_session({"--scene", kScene, "--endless", "--export", file("out")}));
+  const auto hand = program("device_bridge", in_session({"--device", "wish"}));
+  const auto web = gateway();
+  const int port = port_of(*web);
+  Surgeon ada(port, "Ada", 0);
+  EXPECT_TRUE(ada.leads());
+  WebPeer tom(port, {"Tom", "theatre"});
+  EXPECT_TRUE(tom.wait_until([&] { return tom.own_id() != kNobody; }));
+  const auto lowers_it = [&] { ada.place_m.z() = std::max(0.005, ada.place_m.z() - 2e-4); };
+  EXPECT_TRUE(ada.peer.wait_until([&] { return ada.peer.was_told("penetrated"); },
+                                  [&] { lowers_it(), ada.peer.wish(0, ada.place_m); }));
+  tom.say(LiveKind::order, SessionOrder{0, OrderKind::begin_anew, Vec3::Zero(), 1, 0, 0});
+  EXPECT_TRUE(ada.waits_for([&] { return ada.peer.was_told("the session begins anew"); }));
+  const std::size_t seen = ada.peer.states;
+  EXPECT_TRUE(ada.waits_for([&] { return ada.peer.states > seen + 30; }));
+  EXPECT_GE(ada.distance_m(), 0) << "it is in the scene";
+  sim->send(SIGINT);
+  EXPECT_EQ(sim->exit_code(), 0) << sim->output();
+  EXPECT_GE(json("out/report.json")["outcome"]["incisions"], 1);
+  const auto again = json("out/try_2/report.json");
+  EXPECT_EQ(again["outcome"]["incisions"], 0) << again["run"]["events"];
+  EXPECT_EQ(again["run"]["events"]["did not cut"], 1) << again["run"]["events"];
+  for (Process* each : {hand.get(), web.get()}) each->send(SIGINT), each->exit_code();
+}
+
+// The gateway goes on while its server dies, and has told what Tom wanted of that one.
+TEST_F(GatewayProgram, orders_of_a_page_are_for_the_server_that_is_there) {
+  auto sim = program("sim_server", in_session({"--scene", kScene, "--endless", "--export", file("out")}));
+  const auto web = gateway();
+  WebPeer tom(port_of(*web), {"Tom", "theatre"});
+  EXPECT_TRUE(tom.wait_until([&] { return tom.own_id() != kNobody && tom.states > 5; }));
+  tom.say(LiveKind::order, SessionOrder{0, OrderKind::begin_anew, Vec3::Zero(), 1, 0, 0});
+  EXPECT_TRUE(tom.wait_until([&] { return tom.was_told("the session begins anew"); }));
+  std::size_t seen = tom.states;
+  EXPECT_TRUE(tom.wait_until([&] { return tom.states > seen + 30; }));
+  sim->send(SIGKILL);
+  EXPECT_TRUE(sim->exit_code().has_value());
+  sim = program("sim_server", in_session({"--resume", file("out"), "--endless"}));
+  ASSERT_TRUE(sim->wait_for("the session goes on")) << sim->output();
+  seen = tom.states;
+  EXPECT_TRUE(tom.wait_until([&] { return tom.states > seen + 60; }));
+  sim->send(SIGINT);
+  EXPECT_EQ(sim->exit_code(), 0) << sim->output();
+  EXPECT_TRUE(std::filesystem::exists(file("out/try_2")));
+  EXPECT_FALSE(std::filesystem::exists(file("out/try_3"))) << sim->output();
+  web->send(SIGINT), web->exit_code();
 }
 
 }  // namespace

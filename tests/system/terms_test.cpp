@@ -77,7 +77,7 @@ TEST_F(Terms, an_instrument_for_which_nobody_speaks_is_withdrawn_and_its_cut_end
   const auto first = hand();
   ASSERT_TRUE(first->wait_for("3.0 s, force")) << first->output();
   first->send(SIGKILL);
-  EXPECT_TRUE(server->wait_for("is withdrawn: nobody moves it any more")) << server->output();
+  EXPECT_TRUE(server->wait_for("is withdrawn from where it was")) << server->output();
   server->send(SIGINT);
   ASSERT_TRUE(server->exit_code()) << server->output();
   const auto events = json("out/report.json")["run"]["events"];

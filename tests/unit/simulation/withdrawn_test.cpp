@@ -41,6 +41,26 @@ TEST(Withdrawn, a_blade_in_tissue_leaves_it_without_cutting_and_begins_anew_with
   EXPECT_EQ(op.walls(), mended);
 }
 
+TEST(Withdrawn, a_blade_that_comes_back_in_tissue_cuts_nothing_until_it_has_been_out_of_it) {
+  for (const bool was_there : {true, false}) {
+    Operation op(organ_scene());
+    if (was_there) op.place(Vec3(0, 0, kOrganTop_m + 0.01));
+    op.step(withdrawal());
+    op.rest(20);
+    op.place(Vec3(-0.01, 0, kOrganTop_m - 0.004));
+    EXPECT_EQ(op.count(EventKind::did_not_cut), 1u);
+    op.move(Vec3(0.01, 0, kOrganTop_m - 0.004));
+    EXPECT_EQ(op.walls(), 0u);
+    EXPECT_EQ(op.state(), ContactState::free);
+    EXPECT_EQ(op.force_n(), Vec3::Zero());
+    op.tip_to(0.01, 0, -0.004);
+    op.tip_to(0.01, 0, 0.004);
+    op.tip_to(0.02, 0, 0.004);
+    EXPECT_GT(op.walls(), 0u);
+    EXPECT_EQ(op.count(EventKind::did_not_cut), 1u);
+  }
+}
+
 TEST(Withdrawn, forceps_let_go) {
   Operation op(block_with_forceps("surface_springs"));
   Gripper gripper(op, 0, Vec3(0, 0, kBlockTop_m + 0.01));
