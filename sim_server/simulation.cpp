@@ -122,7 +122,9 @@ std::vector<BodyOverlap> Simulation::overlaps() const {
   return state_->world.overlaps();
 }
 const std::optional<JointPose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {
-  return state_->world.tools[tool_id].pose;
+  static const std::optional<JointPose> kNowhere;
+  const Tool& tool = state_->world.tools[tool_id];
+  return tool.is_withdrawn ? kNowhere : tool.pose;
 }
 
 }  // namespace sectio

@@ -64,7 +64,7 @@ class Simulation {
   double energy_j() const;
   // Pairs of bodies that lie in each other now, but for organs that the scene placed so. O(all), for reports.
   std::vector<BodyOverlap> overlaps() const;
-  // The pose of each tool in the newest sample used; nothing before the first sample.
+  // The pose of each tool in the newest sample used; nothing before the first sample, and since a withdrawal.
   const std::optional<JointPose>& tool_pose_world(std::uint32_t tool_id) const;
 
  private:

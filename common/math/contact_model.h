@@ -40,7 +40,7 @@ struct ContactModel {
   double soft_depth_m = 0.0015;
   double side_stiffness_n_per_m = 0;  // tissue sideways, a front that holds a blade, or a held thing
   double friction = 0;                // Coulomb's coefficient
-  double yield_n = kNeverYields_n;    // the tissue breaks, or slips out of jaws, or no hand may feel more
+  double yield_n = kNeverYields_n;    // at this force tissue breaks or slips out of jaws; the hand feels no more
 
   template <class A>
   void archive(A& a) {

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/hand_silence.h"
+
 namespace sectio {
 
 Pose WishHand::pose_world(double now_s) {
   if (HandWish wish; source_.latest_wish(wish)) hear(wish, now_s);
-  if (present_ && now_s - heard_s_ > kSilence_s) leave();
+  if (present_ && now_s - heard_s_ > kWishSilence_s) leave();
   const auto due = static_cast<std::int64_t>(std::floor(now_s / HandMass::kStep_s + 1e-6));
   for (; steps_ < due; ++steps_)
     if (present_) step();

@@ -1,6 +1,6 @@
 // The hand of somebody who has no device: a mouse, a pad or a tracker says where the instrument should be, as often as
 // it can, and the mass of HandMass follows at 1 kHz. A wish that jumps is followed no faster than hands move. When the
-// instrument is let go, or no wish has come for kSilence_s, it is drawn out along its shaft with open jaws, and is
+// instrument is let go, or no wish has come for kWishSilence_s, it is drawn out along its shaft with open jaws, and is
 // gone.
 #pragma once
 
@@ -31,7 +31,6 @@ class WishHand : public Device {
   static constexpr double kAway_m_per_s = 0.3;
   static constexpr double kOpen_rad = 0.6;
   static constexpr double kSameHand_m = 0.02;  // a wish so near takes up an instrument that is being drawn out
-  static constexpr double kSilence_s = 1;      // without a wish for so long, nobody holds the instrument
   static constexpr double kFastestTurn_rad_per_s = 20;
 
   // The source outlives the hand.

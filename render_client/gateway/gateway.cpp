@@ -212,6 +212,13 @@ void Gateway::take_order(std::uint32_t client, SessionOrder order, double now_s)
     notify(client, "this session is led by somebody else");
     return;
   }
+  TokenBucket& bucket = clients_.at(client).orders;
+  if (!bucket.is_open(now_s)) {
+    ++counts_.refused_orders;
+    notify(client, "orders come too fast: not all of them are passed on");
+    return;
+  }
+  bucket.take(1);
   order.source = source_ + ++order_count_;
   orders_.push_back(order);
   ++counts_.orders;

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/token_bucket.h"
 #include "common/math/trace.h"
 #include "common/messages/contact.h"
 #include "common/messages/live.h"
@@ -109,9 +110,12 @@ class Gateway {
   static constexpr std::uint32_t kInside = 0xffffffff;
   static constexpr double kAsleep_s = 1;
 
+  // A server hears 10 a second of a gateway, and none of one that gives more.
+  static constexpr double kOrders_per_s = 3, kMostOrders = 8;
   struct Client {
     Mailbox mailbox;
     Conduct conduct;
+    TokenBucket orders{kOrders_per_s, kMostOrders};
     bool is_guilty = false;
     std::map<std::pair<std::uint64_t, std::uint32_t>, double> keyframe_sent_s;  // by epoch and body
   };

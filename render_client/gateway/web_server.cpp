@@ -36,11 +36,12 @@ struct PageFile {
   const char* name;
   const char* type;
 };
-constexpr std::array<PageFile, 8> kPageFiles{{{"/", "index.html", "text/html; charset=utf-8"},
+constexpr std::array<PageFile, 9> kPageFiles{{{"/", "index.html", "text/html; charset=utf-8"},
                                               {"/page.css", "page.css", "text/css"},
                                               {"/page.js", "page.js", "text/javascript"},
                                               {"/hand.js", "hand.js", "text/javascript"},
                                               {"/headset.js", "headset.js", "text/javascript"},
+                                              {"/orders.js", "orders.js", "text/javascript"},
                                               {"/tries.js", "tries.js", "text/javascript"},
                                               {"/sectio.js", "sectio.js", "text/javascript"},
                                               {"/sectio.wasm", "sectio.wasm", "application/wasm"}}};

@@ -12,9 +12,10 @@ namespace sectio {
 
 struct WebServerOptions {
   std::string address = "127.0.0.1";
-  int port = 0;           // 0: any that is free
-  std::string directory;  // with index.html, page.css, page.js, hand.js, headset.js, tries.js, sectio.js, sectio.wasm
-  std::string protocol;   // the WebSocket subprotocol; others are refused
+  int port = 0;  // 0: any that is free
+  std::string
+      directory;  // with index.html, page.css, page.js, hand.js, headset.js, orders.js, tries.js, sectio.js, sectio.wasm
+  std::string protocol;  // the WebSocket subprotocol; others are refused
   std::size_t max_message_bytes = 4096;
   std::size_t max_connections = 256;  // a further one takes the place of the oldest that asks for nothing
 };

@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "common/core/hand_silence.h"
 #include "common/core/json_text.h"
 #include "common/core/report_figures.h"
 #include "common/messages/link.h"
@@ -24,8 +25,8 @@ void describe_place(JsonText& json, const char* name, const Vec3& place) {
   json.key(name).open('[').value(place.x()).value(place.y()).close(']');
 }
 
-constexpr double kBack_s = 0.5;  // servers of one session are less far apart
-constexpr double kBusy_s = 0.8;  // a little less than after which a bridge draws the instrument of a silent hand out
+constexpr double kBack_s = 0.5;                   // servers of one session are less far apart
+constexpr double kBusy_s = 0.8 * kWishSilence_s;  // soon after, the instrument is drawn out
 
 }  // namespace
 

@@ -126,7 +126,8 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
   inertial_.resize(count), now_.resize(count), base_.resize(count);
   residual_ = 0;
   bool met = true;
-  int left = kMostProducts, stood = 0;
+  bool stood = false;
+  int left = kMostProducts;
   for (int n = 0; n < parts; ++n) {
     for (std::size_t c = 0; c < part_.size(); ++c)
       if (!constraints[c].unilateral)  // a pressing target stays where it will be
@@ -159,7 +160,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
     const double furthest_m = motion.largest_speed_m_per_s * h;
     if (!outcome.met && (!(outcome.residual < kLost) || is_thrown(particles, furthest_m))) {
       stand_still(particles, furthest_m, h, smoother);
-      ++stood;
+      stood = true;
       continue;
     }
     end_part(part, particles, furthest_m);
@@ -170,10 +171,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
       reactions[c].work_j += of_part_[c].work_j;
     }
   }
-  for (Reaction& reaction : reactions) {
-    reaction.is_known = stood < parts;
-    if (reaction.is_known) reaction.force_on_tool_n *= static_cast<double>(parts) / (parts - stood);
-  }
+  for (Reaction& reaction : reactions) reaction.is_known = !stood;
   return met;
 }
 

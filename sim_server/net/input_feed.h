@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/token_bucket.h"
 #include "sim_server/net/server_endpoints.h"
-#include "sim_server/net/token_bucket.h"
 #include "sim_server/session/input_log.h"
 
 namespace sectio {

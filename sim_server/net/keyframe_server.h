@@ -9,10 +9,10 @@
 #include <functional>
 #include <vector>
 
+#include "common/core/token_bucket.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/messages/epoch.h"
 #include "common/messages/topology.h"
-#include "sim_server/net/token_bucket.h"
 
 namespace sectio {
 

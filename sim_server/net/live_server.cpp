@@ -23,8 +23,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kTogether_s = 0.1;      // the most by which a server may be ahead of the slowest one of its session
-constexpr double kElsewhere_m = 0.002;   // a hand that rests in a pause moves by less
+constexpr double kTogether_s = 0.1;  // the most by which a server may be ahead of the slowest one of its session
+constexpr double kElsewhere_m = 0.002, kElsewhere_rad = 0.1;  // a hand that rests in a pause moves by less
 constexpr double kLongestTask_s = 3600;  // steps that are run again, a report: nobody takes that for a hang
 constexpr double kListenToHolder_s = 1;  // before a session goes on: does another server hold it?
 constexpr double kUnheard_s = 5;         // so long, when servers are there that have not been heard
@@ -71,6 +71,12 @@ void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
                                : formatted("%s: %.0f ms behind", to_string(budget), 1e3 * std::max(0.0, behind_s));
   if (planner.changed()) input.overrun = text;
   log_limited(LogLevel::warning, to_string(budget), text);
+}
+
+bool is_elsewhere(const ToolSample& sample, const JointPose& pose) {
+  return (sample.pose_world.position_m - pose.position_m).norm() > kElsewhere_m ||
+         sample.pose_world.orientation.angularDistance(pose.orientation) > kElsewhere_rad ||
+         std::abs(sample.opening_rad - pose.opening_rad) > kElsewhere_rad;
 }
 
 }  // namespace
@@ -230,13 +236,12 @@ void LiveServer::tell_of_refused_orders() {
                       formatted("orders came too fast: %llu are not obeyed", news)});
 }
 
-// Orders to go somewhere that came while the session was on its way elsewhere are one: the last that can be obeyed.
+// An order to go somewhere that came while the session was on its way elsewhere is left out when a later one goes there
+// as well without it.
 void LiveServer::obey_all(std::span<const SessionOrder> orders) {
-  const auto goes = [&](const SessionOrder& order) {
-    return (order.kind == OrderKind::begin_anew || order.kind == OrderKind::seek) && session_.why_not(order).empty();
-  };
   for (std::size_t i = 0; i < orders.size(); ++i)
-    if (goes(orders[i]) && std::ranges::any_of(orders.subspan(i + 1), goes))
+    if (session_.why_not(orders[i]).empty() &&
+        std::ranges::any_of(orders.subspan(i + 1), [&](const auto& later) { return stands_for(later, orders[i]); }))
       refuse(orders[i], "another one came at once, and is obeyed instead");
     else
       obey(orders[i]);
@@ -300,8 +305,10 @@ void LiveServer::wait_in_pause() {
   session_.net->take_samples(session_.input.samples);
   for (const ToolSample& sample : session_.input.samples) {
     const auto& pose = session_.run->simulation().tool_pose_world(sample.tool_id);
-    const bool is_elsewhere = pose && (sample.pose_world.position_m - pose->position_m).norm() > kElsewhere_m;
-    is_elsewhere ? void(went_away_.insert(sample.tool_id)) : void(went_away_.erase(sample.tool_id));
+    if (pose && is_elsewhere(sample, *pose))
+      went_away_.insert(sample.tool_id);
+    else
+      went_away_.erase(sample.tool_id);
   }
   session_.input.samples.clear();
   for (const std::uint32_t tool : session_.net->take_silent_tools()) session_.silent.insert(tool);
@@ -351,14 +358,15 @@ bool LiveServer::take_input() {
     session_.input.samples = samples_of_traces(session_.scene, session_.run->steps() + 1);
   else
     session_.net->take_samples(session_.input.samples);
-  session_.input.withdrawn = session_.net->take_silent_tools();
-  session_.input.withdrawn.insert(session_.input.withdrawn.end(), session_.silent.begin(), session_.silent.end());
-  session_.silent.clear();
+  std::set<std::uint32_t> withdrawn = std::exchange(session_.silent, {});
+  for (const std::uint32_t tool : session_.net->take_silent_tools()) withdrawn.insert(tool);
   if (follows_hands()) session_.displaced.merge(std::exchange(went_away_, {}));
   for (const std::uint32_t tool : std::exchange(session_.displaced, {})) {
+    if (is_frozen(session_.net->frozen_tools(), tool)) continue;  // it is taken out when it thaws
     std::erase_if(session_.input.samples, [&](const ToolSample& sample) { return sample.tool_id == tool; });
-    session_.input.withdrawn.push_back(tool);
+    withdrawn.insert(tool);
   }
+  session_.input.withdrawn.assign(withdrawn.begin(), withdrawn.end());
   return true;
 }
 

@@ -64,8 +64,8 @@ struct LiveSession {
   std::unique_ptr<ServerNet> net;
   StepInput input;                 // input of the next step
   std::set<std::uint32_t> silent;  // tools that fell silent while standing by or paused
-  // Tools whose hands are elsewhere, since they thawed, or the session paused or went somewhere: before the next step they
-  // leave what they are in, and come into the scene anew.
+  // Tools whose hands are elsewhere, since they thawed, or the session paused or went somewhere: before the next step
+  // they leave what they are in, and come into the scene anew.
   std::set<std::uint32_t> displaced;
   Progress progress;
   Pace pace;

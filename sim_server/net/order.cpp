@@ -133,6 +133,15 @@ std::string Servers::in_words() const {
 
 }  // namespace
 
+bool stands_for(const SessionOrder& later, const SessionOrder& earlier) {
+  const auto goes = [](const SessionOrder& order) {
+    return order.kind == OrderKind::begin_anew || order.kind == OrderKind::seek;
+  };
+  if (!goes(later) || !goes(earlier)) return false;
+  if (later.kind == OrderKind::begin_anew) return true;
+  return earlier.kind == OrderKind::seek && later.sim_time_s <= earlier.sim_time_s;
+}
+
 const char* to_string(OrderKind kind) {
   switch (kind) {
     case OrderKind::tilt:

@@ -12,8 +12,8 @@ OrderLimit::Program& OrderLimit::known(const ProgramId& program) {
   return programs_.emplace_back(Program{program});
 }
 
-// A program that gives too many uses up its own share alone: an order that is not obeyed counts as one of the program's,
-// and not as one of all.
+// A program that gives too many uses up its own share alone: an order that is not obeyed counts as one of the
+// program's, and not as one of all.
 bool OrderLimit::allows(const ProgramId& program, OrderKind kind, double now_s) {
   const bool takes_long = kind == OrderKind::begin_anew || kind == OrderKind::seek || kind == OrderKind::tell_score;
   Program& own = known(program);

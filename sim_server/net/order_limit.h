@@ -1,15 +1,15 @@
-// Orders come from people, who click a few times a second. A program that gives more is not heard until it has been quiet
-// for a while, so that it takes no time from the session; it takes none from the orders of other programs either, until
-// several give too many at once.
+// Orders come from people, who click a few times a second. A program that gives more is not heard until it has been
+// quiet for a while, so that it takes no time from the session; it takes none from the orders of other programs either,
+// until several give too many at once.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 
+#include "common/core/token_bucket.h"
 #include "common/messages/epoch.h"
 #include "common/messages/session.h"
-#include "sim_server/net/token_bucket.h"
 
 namespace sectio {
 

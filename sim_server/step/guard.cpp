@@ -14,7 +14,7 @@ void guard(SimulatedWorld& world, StepContext& context) {
 
 void make_finite(std::span<Reaction> reactions) {
   for (Reaction& r : reactions)
-    if (!r.force_on_tool_n.allFinite() || !std::isfinite(r.work_j)) r = {};
+    if (!r.force_on_tool_n.allFinite() || !std::isfinite(r.work_j)) r = {.is_known = false};
 }
 
 }  // namespace sectio

@@ -57,12 +57,12 @@ void add_bends(std::span<const BladeEdge> edges, std::size_t first, std::size_t 
   add_bends(edges, bend, last, tissue, way);
 }
 
-// A blade that is in a slit is in its plane: what it cuts next begins at the end of the slit, not beside it. A blade
-// that crosses a slit is where its way crosses the plane: a cut from further aside would leave a crumb between both.
 bool crosses(const SlitPlane& plane, const Vec3& way_m) {
   return std::abs(way_m.stableNormalized().dot(plane.normal)) > kCrosses;
 }
 
+// A blade that is in a slit is in its plane: what it cuts next begins at the end of the slit, not beside it. A blade
+// that crosses a slit is where its way crosses the plane: a cut from further aside would leave a crumb between both.
 BladeEdge on_plane(const SlitPlane& plane, BladeEdge edge, const Vec3& way_m) {
   const Vec3 way = way_m.stableNormalized();
   const Vec3 back = crosses(plane, way_m) ? Vec3(way / way.dot(plane.normal)) : plane.normal;
@@ -244,7 +244,10 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   const FrontSettings& settings = tissue.settings;
   BladeTrack& track = by_edge[motion.edge_id];
   const double same_m = tissue.metres(settings.follows_blade() ? 0 : settings.same_place_edges);
-  if (std::exchange(track.arrives, false)) track.restart_from(track.edges.back());
+  if (std::exchange(track.arrives, false)) {
+    track.restart_from(track.edges.back());
+    track.next_cut_m = tissue.metres(settings.next_cut_edges());
+  }
   for (const Blade& blade : way_of(tissue, motion, slit)) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     const TissueAround around_blade = around(tissue, blade, last, track);

@@ -13,8 +13,7 @@ namespace {
 
 constexpr double kPressedIn_m = 0.005;  // the side of a body that an edge has pressed in is so far further back
 constexpr double kLetGo_m = 5e-4;       // this far above the surface a contact ends
-constexpr double kBeneath_m = 3e-4;     // there is tissue this far ahead of what presses,
-constexpr double kHangs_m = 1e-3;       // or begins within so much more
+constexpr double kBeneath_m = 3e-4;     // there is tissue this far ahead of what presses
 constexpr const char* kPushedThrough = "it was pushed through, and the skin slipped off";
 constexpr const char* kPressedTooFar = "it was pressed in further than the skin gives way, and the skin slipped off";
 constexpr const char* kThroughWhole = "a part that moves as a whole isn't cut: the blade goes through it";
@@ -327,13 +326,9 @@ void EdgeContact::pressed_round(std::span<const Reaction> reactions) {
   if (slips_through((undeformed - middle->nearest.target_world_m).dot(normal_), ahead)) slip_off(kPushedThrough);
 }
 
-// There is no tissue ahead of what presses any more: neither at this place nor, where the bottom of the dent hangs lower,
-// a little further.
 bool EdgeContact::slips_through(double displacement_m, const Vec3& ahead_world_m) {
-  if (!(displacement_m > kDeepDent_m) || deep_steps_++ % kLookThroughEvery != 0) return false;
-  if (body_.tree().inside(body_.view(), ahead_world_m)) return false;
-  const auto hits = body_.tree().hits(body_.view(), ahead_world_m, ahead_world_m - kHangs_m * normal_);
-  return std::ranges::none_of(hits, &SurfaceHit::entering);
+  return displacement_m > kDeepDent_m && deep_steps_++ % kLookThroughEvery == 0 &&
+         !has_tissue_ahead(body_, ahead_world_m, -normal_);
 }
 
 double EdgeContact::penetration_m() {
@@ -354,6 +349,7 @@ ContactGap EdgeContact::gap() {
 
 void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& entries,
                        std::vector<BladeMotion>& motions) {
+  if (is_unfelt_) return leave(motions);
   stroke_.resistance().begin_step(step_s_);
   slips_off_.reset();
   why_lifted_ = EdgeStroke::kLifted;
@@ -362,6 +358,16 @@ void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& ent
   if (entry_) return begin_stroke(entries, motions);
   if (phase_ != Phase::cutting) return;
   if (const auto cut = cut_point()) follow_stroke(*cut, poses, motions);
+}
+
+// It is not in anything any more: it was withdrawn.
+void EdgeContact::leave(std::vector<BladeMotion>& motions) {
+  if (phase_ == Phase::free) return;
+  if (cut_point()) motions.push_back({edge_.id(), {}, true});
+  set_free();
+  entry_.reset();
+  tracker_.reset();
+  came_sideways_m_ = 0;
 }
 
 void EdgeContact::refuse_frozen(std::vector<BladeMotion>& motions) {

@@ -38,6 +38,8 @@ class EdgeContact {
   // Called before approach() when the instrument comes into the scene. One that comes in the body, and not through its
   // surface, is not felt and cuts nothing until it has been clear of it.
   void arrive() { is_unfelt_ = arrives_ = true; }
+  // A part has come off around it.
+  void arrive_with(const EdgeContact& parent) { is_unfelt_ = parent.is_unfelt_; }
   // Called before planning; follows the poses since the last step. No poses: the instrument rests.
   void approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous);
   // Appends the edge's wishes for plan_cut().
@@ -135,6 +137,7 @@ class EdgeContact {
   // In the tissue.
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_stroke(const CutPoint& cut, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
+  void leave(std::vector<BladeMotion>& motions);
   void refuse_frozen(std::vector<BladeMotion>& motions);
   void hold_end_again();
   void rest_in_groove();

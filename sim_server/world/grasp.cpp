@@ -156,7 +156,7 @@ void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>>
   const Vec3 ahead_m = pose.position_m - springs_at_m_;
   const double furthest_m = held_.empty() ? ahead_m.norm() : kFastestHand_m_per_s * step_s;
   springs_at_m_ += std::min(1.0, furthest_m / std::max(ahead_m.norm(), furthest_m)) * ahead_m;
-  force_on_tool_n_.setZero();
+  known_force_n_ = std::exchange(force_on_tool_n_, Vec3::Zero());
   if (!(instrument_.grip_below_rad > 0)) return;
   const bool was_open = std::exchange(open_, pose.opening_rad >= instrument_.grip_below_rad);
   if (open_) let_go("opened");
@@ -193,7 +193,10 @@ PointConstraint Grasp::constraint_of(const Point& p, const Body& body, double st
 }
 
 void Grasp::felt(const Reaction& reaction) {
-  force_on_tool_n_ += reaction.force_on_tool_n;
+  if (reaction.is_known)
+    force_on_tool_n_ += reaction.force_on_tool_n;
+  else
+    force_on_tool_n_ = known_force_n_;
 }
 
 void Grasp::follow(std::uint32_t body_id, const TopologyDelta& delta) {

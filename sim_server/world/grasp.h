@@ -61,7 +61,7 @@ class Grasp {
 
   template <class A>
   void archive(A& a) {
-    a(pose_, springs_at_m_, open_, held_, held_at_m_, velocity_m_per_s_, force_on_tool_n_, events_);
+    a(pose_, springs_at_m_, open_, held_, held_at_m_, velocity_m_per_s_, force_on_tool_n_, known_force_n_, events_);
   }
 
  private:
@@ -106,6 +106,7 @@ class Grasp {
   std::optional<Vec3> held_at_m_;  // the mean place of the held points, while they are the same
   Vec3 velocity_m_per_s_ = Vec3::Zero();
   Vec3 force_on_tool_n_ = Vec3::Zero();
+  Vec3 known_force_n_ = Vec3::Zero();  // the last step's; stands for that of a step that was not solved
   std::vector<GraspEvent> events_;
 };
 

@@ -166,6 +166,8 @@ void SimulatedWorld::archive(Archive& a) {
 void SimulatedWorld::add(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from,
                          bool is_unread) {
   add_contacts(*part);
+  for (std::uint32_t e = 0; e < edges.size(); ++e)
+    contacts[contacts.size() - edges.size() + e].arrive_with(contact(parent.id, e));
   checks.emplace_back(part->spec);
   processes_in_.push_back(processes_in_[parent.id]);
   const auto& named = processes_in_.back();

@@ -3,6 +3,7 @@
 
 #include <numbers>
 
+#include "common/core/hand_silence.h"
 #include "device_bridge/device/steered_hand.h"
 
 namespace sectio {
@@ -74,7 +75,7 @@ TEST_F(SteeredHandTest, a_pad_that_is_lost_lets_the_instrument_go_and_begins_ane
   per_second.reset();
   run(0.01);
   EXPECT_EQ(hand.status(), DeviceStatus::lost);
-  run(WishHand::kSilence_s + 1);
+  run(kWishSilence_s + 1);
   EXPECT_FALSE(hand.present());
   per_second = Step{};
   EXPECT_TRUE(run(0.01).position_m.isApprox(Vec3(0, 0, 0.1)));

@@ -11,8 +11,8 @@ namespace sectio::test {
 class GatewayPrograms : public SessionPrograms {
  protected:
   void SetUp() override {
-    for (const char* name :
-         {"index.html", "page.css", "page.js", "hand.js", "headset.js", "tries.js", "sectio.js", "sectio.wasm"})
+    for (const char* name : {"index.html", "page.css", "page.js", "hand.js", "headset.js", "orders.js", "tries.js",
+                             "sectio.js", "sectio.wasm"})
       write(name, name);
   }
   std::unique_ptr<Process> gateway(const Flags& more = {}) const {

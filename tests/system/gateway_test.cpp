@@ -236,6 +236,40 @@ TEST_F(GatewayProgram, a_blade_in_the_tissue_cuts_nothing_when_the_session_begin
   for (Process* each : {hand.get(), web.get()}) each->send(SIGINT), each->exit_code();
 }
 
+// A second time it is frozen before the session goes on.
+TEST_F(GatewayProgram, an_instrument_whose_hand_moves_in_a_pause_is_taken_out_before_it_follows) {
+  const auto sim = program("sim_server", in_session({"--scene", kScene, "--endless", "--export", file("out")}));
+  const auto hand = program("device_bridge", in_session({"--device", "wish"}));
+  const auto web = gateway();
+  const int port = port_of(*web);
+  Surgeon ada(port, "Ada", 0);
+  EXPECT_TRUE(ada.leads());
+  WebPeer tom(port, {"Tom", "theatre"});
+  EXPECT_TRUE(tom.wait_until([&] { return tom.own_id() != kNobody; }));
+  const auto give = [&](OrderKind kind) { tom.say(LiveKind::order, SessionOrder{0, kind, Vec3::Zero(), 1, 0, 0}); };
+  const auto moves_in_a_pause = [&](const Vec3& by_m) {
+    give(OrderKind::pause);
+    EXPECT_TRUE(sim->wait_for_next("paused")) << sim->output();
+    ada.place_m += by_m;
+    const std::size_t pings = tom.pings;  // some seconds later; no states come
+    EXPECT_TRUE(tom.wait_until([&] { return tom.pings > pings; }, [&] { ada.peer.wish(0, ada.place_m); }));
+  };
+  moves_in_a_pause(Vec3(0.03, 0, 0));
+  give(OrderKind::go_on);
+  EXPECT_TRUE(ada.leads());
+  const Pose at = ada.peer.state->tools[0].pose_world;
+  moves_in_a_pause(Vec3(-0.03, 0, 0));
+  give(OrderKind::freeze);
+  give(OrderKind::go_on);
+  const std::size_t seen = ada.peer.states;
+  EXPECT_TRUE(ada.waits_for([&] { return ada.peer.states > seen + 60; }));
+  EXPECT_LT((ada.peer.state->tools[0].pose_world.position_m - at.position_m).norm(), 0.001) << "it is frozen";
+  sim->send(SIGINT);
+  EXPECT_TRUE(sim->exit_code()) << sim->output();
+  EXPECT_EQ(json("out/report.json")["run"]["events"]["instrument withdrawn"], 1);
+  for (Process* each : {hand.get(), web.get()}) each->send(SIGINT), each->exit_code();
+}
+
 // The gateway goes on while its server dies, and has told what Tom wanted of that one.
 TEST_F(GatewayProgram, orders_of_a_page_are_for_the_server_that_is_there) {
   auto sim = program("sim_server", in_session({"--scene", kScene, "--endless", "--export", file("out")}));

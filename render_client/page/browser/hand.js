@@ -137,7 +137,10 @@ on_press('jaws', () => {
 let held_before = null;
 function show_touch() {
   const is_of_use = by_touch && holds();
-  if (!is_of_use || state.held !== held_before) closes = false;
+  if (closes && (!is_of_use || state.held !== held_before)) {
+    closes = false;
+    call('point', ...last_place, is_pressed, closes);
+  }
   if (!is_of_use) stop_repeating();
   held_before = state.held;
   byId('touch').hidden = !is_of_use;

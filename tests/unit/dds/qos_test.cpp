@@ -26,7 +26,7 @@ TEST(Qos, every_topic_travels_as_its_kind_needs) {
       {qos_of<DeltaMessage>(), true, false, 256, 4096}, {qos_of<KeyframeChunk>(), true, false, 256, 4096},
       {qos_of<KeyframeRequest>(), true, true, 1, 256},  {qos_of<SceneInfo>(), true, true, 1, 1},
       {qos_of<SessionEvent>(), true, true, 16, 1024},   {qos_of<SessionEnd>(), true, true, 1, 1},
-      {qos_of<ServerStatus>(), false, false, 1, 1},     {qos_of<SessionOrder>(), true, true, 1, 16},
+      {qos_of<ServerStatus>(), false, false, 1, 1},     {qos_of<SessionOrder>(), true, false, 1, 16},
       {qos_of<ScalarPiece>(), true, false, 64, 256},    {qos_of<ToolWish>(), false, false, 1, 32},
       {qos_of<LinkReport>(), false, false, 1, 16}};
   for (const Expected& row : table) {

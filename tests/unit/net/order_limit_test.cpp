@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "sim_server/net/order.h"
+
 namespace sectio::net_test {
 namespace {
 
@@ -40,6 +42,25 @@ TEST(OrderLimit, many_programs_together_are_bounded_too) {
   for (int ms = 0; ms < 10000; ++ms)
     heard += limit.allows({static_cast<std::uint8_t>(ms % 200)}, OrderKind::begin_anew, 1e-3 * ms);
   EXPECT_LE(heard, 60);
+}
+
+TEST(Orders, one_that_leads_further_back_stands_for_the_one_before) {
+  const auto to = [](double s) {
+    SessionOrder order;
+    order.kind = OrderKind::seek;
+    order.sim_time_s = s;
+    return order;
+  };
+  SessionOrder anew, pause;
+  anew.kind = OrderKind::begin_anew;
+  pause.kind = OrderKind::pause;
+  EXPECT_TRUE(stands_for(to(5), to(30)));
+  EXPECT_FALSE(stands_for(to(30), to(5))) << "at 5 s nobody knows what comes at 30";
+  EXPECT_TRUE(stands_for(anew, to(5)));
+  EXPECT_TRUE(stands_for(anew, anew));
+  EXPECT_FALSE(stands_for(to(5), anew));
+  EXPECT_FALSE(stands_for(pause, anew));
+  EXPECT_FALSE(stands_for(anew, pause));
 }
 
 }  // namespace

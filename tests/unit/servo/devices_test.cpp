@@ -4,6 +4,7 @@
 #include <numbers>
 #include <optional>
 
+#include "common/core/hand_silence.h"
 #include "device_bridge/device/scripted_device.h"
 #include "device_bridge/device/virtual_hand.h"
 #include "device_bridge/device/wish_hand.h"
@@ -173,7 +174,7 @@ TEST_F(WishHandTest, draws_the_instrument_out_when_it_is_let_go_or_the_hand_is_s
     mouse.wish(Vec3(0.1, 0, 0));
     run(0.01);
     if (says_so) mouse.wish(Vec3::Zero(), false);
-    run(says_so ? 0.3 : WishHand::kSilence_s + 0.3);
+    run(says_so ? 0.3 : kWishSilence_s + 0.3);
     EXPECT_TRUE(hand.present());
     EXPECT_GT(hand.pose_world(now_s).position_m.z(), 0.05) << "along its shaft";
     EXPECT_GT(hand.opening_rad(now_s), 0.5) << "with open jaws";
