@@ -126,8 +126,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
   inertial_.resize(count), now_.resize(count), base_.resize(count);
   residual_ = 0;
   bool met = true;
-  bool stood = false;
-  int left = kMostProducts;
+  int left = kMostProducts, stood = 0;
   for (int n = 0; n < parts; ++n) {
     for (std::size_t c = 0; c < part_.size(); ++c)
       if (!constraints[c].unilateral)  // a pressing target stays where it will be
@@ -160,7 +159,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
     const double furthest_m = motion.largest_speed_m_per_s * h;
     if (!outcome.met && (!(outcome.residual < kLost) || is_thrown(particles, furthest_m))) {
       stand_still(particles, furthest_m, h, smoother);
-      stood = true;
+      ++stood;
       continue;
     }
     end_part(part, particles, furthest_m);
@@ -171,7 +170,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
       reactions[c].work_j += of_part_[c].work_j;
     }
   }
-  for (Reaction& reaction : reactions) reaction.is_known = !stood;
+  for (Reaction& reaction : reactions) reaction.is_known = stood < parts;
   return met;
 }
 

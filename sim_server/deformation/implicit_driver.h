@@ -8,7 +8,8 @@
 // x_0 + h v_0. Drag is implicit, too. A step whose residual stays above the tolerance is undone and taken in two, four,
 // eight parts of backward Euler; what is still above it then is counted, and goes on from the best state found. If
 // that is very far from equilibrium, or faster than tissue may be, Newton's method has lost its way: for that part the
-// tissue stands still, but for what the smoother improves, without speed, and nobody knows the force on the hand.
+// tissue stands still, but for what the smoother improves, without speed; where that is so for all parts, nobody knows
+// the force on the hand.
 #pragma once
 
 #include <algorithm>

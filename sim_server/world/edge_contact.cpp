@@ -326,9 +326,10 @@ void EdgeContact::pressed_round(std::span<const Reaction> reactions) {
   if (slips_through((undeformed - middle->nearest.target_world_m).dot(normal_), ahead)) slip_off(kPushedThrough);
 }
 
+// There is no tissue ahead of what presses any more.
 bool EdgeContact::slips_through(double displacement_m, const Vec3& ahead_world_m) {
   return displacement_m > kDeepDent_m && deep_steps_++ % kLookThroughEvery == 0 &&
-         !has_tissue_ahead(body_, ahead_world_m, -normal_);
+         !body_.tree().inside(body_.view(), ahead_world_m);
 }
 
 double EdgeContact::penetration_m() {

@@ -10,7 +10,6 @@ namespace {
 constexpr double kIn_m = 3e-4;     // this far beneath the lid of a groove a blade is in it
 constexpr double kAside_m = 5e-4;  // between looks for a lid beside a wall
 constexpr int kMostAside = 6;      // looks
-constexpr double kHangs_m = 1e-3;  // the bottom of a dent
 
 std::optional<SurfaceHit> first_entering(const std::vector<SurfaceHit>& hits) {
   const auto it = std::ranges::find_if(hits, &SurfaceHit::entering);
@@ -42,11 +41,6 @@ bool is_clear_of(Body& body, const InstrumentEdge& edge) {
   return std::ranges::all_of(kSegmentCorners, [&](const auto& ends) {
     return tree.hits(body.view(), corners.at_world_m[ends[0]], corners.at_world_m[ends[1]]).empty();
   });
-}
-
-bool has_tissue_ahead(Body& body, const Vec3& at_world_m, const Vec3& ahead_world) {
-  if (body.tree().inside(body.view(), at_world_m)) return true;
-  return first_entering(body.tree().hits(body.view(), at_world_m, at_world_m + kHangs_m * ahead_world)).has_value();
 }
 
 bool lower_blade_is_clear_of(Body& body, const InstrumentEdge& edge) {

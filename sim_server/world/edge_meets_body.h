@@ -16,8 +16,6 @@ bool is_near(Body& body, const InstrumentEdge& edge, const std::optional<JointPo
              std::span<const JointPose> poses);
 // No part of the instrument is in the body, nor across its surface.
 bool is_clear_of(Body& body, const InstrumentEdge& edge);
-// There is tissue at a place, or a little further on: the bottom of a dent may hang lower.
-bool has_tissue_ahead(Body& body, const Vec3& at_world_m, const Vec3& ahead_world);
 // For blades that open.
 bool lower_blade_is_clear_of(Body& body, const InstrumentEdge& edge);
 
