@@ -366,8 +366,7 @@ void EdgeContact::leave(std::vector<BladeMotion>& motions) {
   if (phase_ == Phase::free) return;
   if (cut_point()) motions.push_back({edge_.id(), {}, true});
   set_free();
-  entry_.reset();
-  tracker_.reset();
+  entry_.reset(), tracker_.reset();
   came_sideways_m_ = 0;
 }
 
