@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/SVD>
 
@@ -128,10 +129,12 @@ void FramePainter::remove_last_body() {
 
 void FramePainter::update_bodies(const Frame& frame, const DrawOptions& options) {
   field_range_ = range_of(frame, options.field);
+  const bool is_another =
+      std::exchange(arrangement_, {frame.session, frame.arrangement}) != std::pair(frame.session, frame.arrangement);
   while (bodies_.size() > frame.bodies.size()) remove_last_body();
   for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
     const BodyFrame& body = frame.bodies[i];
-    bool arranged = i < bodies_.size() && session_ == frame.session;
+    bool arranged = i < bodies_.size() && !is_another;
     if (i == bodies_.size()) {
       bodies_.emplace_back().canvas_mesh = canvas_.add_mesh();
       bodies_.back().canvas_lips = canvas_.add_mesh();
@@ -141,7 +144,7 @@ void FramePainter::update_bodies(const Frame& frame, const DrawOptions& options)
                drawn.vertex_slots == body.rest_body_m.size() && drawn.triangle_slots == body.triangles.size();
     if (!arranged) {
       drawn.mesh.arrange(body);
-      if (drawn.name != body.name || drawn.vertex_slots == 0 || session_ != frame.session) {
+      if (drawn.name != body.name || drawn.vertex_slots == 0 || is_another) {
         canvas_.set_regions(drawn.canvas_mesh, body.regions, drawn.mesh.rest_box());
         drawn.pattern_per_pixel = drawn.mesh.is_coarse();
       }
@@ -166,7 +169,6 @@ void FramePainter::update_bodies(const Frame& frame, const DrawOptions& options)
     drawn.lips.move(body);
     canvas_.set_vertices(drawn.canvas_lips, drawn.lips.vertices());
   }
-  session_ = frame.session;
 }
 
 void FramePainter::update_tools(const Frame& frame) {

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render_client/draw/body_mesh.h"
@@ -85,7 +86,7 @@ class FramePainter {
 
   Canvas& canvas_;
   Text text_;
-  std::string session_;
+  std::pair<std::string, std::uint64_t> arrangement_;  // session and number of what is drawn
   std::vector<DrawnBody> bodies_;
   std::vector<DrawnTool> tools_;
   std::optional<FieldRange> field_range_;

@@ -43,6 +43,7 @@ struct ToolFrame {
 
 struct Frame {
   std::string session;
+  std::uint64_t arrangement = 0;  // another number: other bodies may have these names
   std::uint64_t step = 0;
   double sim_time_s = 0;
   double step_wall_time_s = 0;  // measured by the server

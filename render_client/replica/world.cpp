@@ -204,7 +204,11 @@ bool World::frame(double now_s, Frame& frame) {
 }
 
 void World::merge(Frame& frame) {
-  if (std::exchange(changed_, false)) frame.bodies.clear();
+  if (std::exchange(changed_, false)) {
+    frame.bodies.clear();
+    ++arrangement_;
+  }
+  frame.arrangement = arrangement_;
   const Server* newest = nullptr;
   std::size_t count = 0;
   bool in_contact = false;

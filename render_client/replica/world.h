@@ -112,6 +112,7 @@ class World {
   Servers claimants_;                               // announced, but another server has their place
   std::map<std::uint64_t, SessionEnd> early_ends_;  // servers that aren't announced yet, by epoch
   bool changed_ = false;                            // the servers are others than at the last frame
+  std::uint64_t arrangement_ = 0;                   // counts these changes
   bool fresh_ = false;                              // there is something new to draw
   std::optional<double> first_seen_s_;
   bool begun_ = false;

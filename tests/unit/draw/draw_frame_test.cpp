@@ -154,6 +154,21 @@ TEST(DrawFrame, new_revision_brings_new_triangles) {
   EXPECT_EQ(pixels_that_differ(closed, drawn(frame), 0), 0) << "the same as a fresh painter draws";
 }
 
+TEST(DrawFrame, another_arrangement_brings_bodies_of_the_same_names_and_revisions) {
+  Frame frame = seen_from_above();
+  FramePainter painter(shared_canvas());
+  painter.draw_frame(frame, {.overlay = false});
+  frame.bodies[0].regions.push_back({});
+  Region& tumour = frame.bodies[0].regions.back();
+  tumour.parts = {{RegionForm::ellipsoid, Vec3(0, 0, 0.03), Vec3(0.02, 0.02, 0.02)}};
+  tumour.colour = Vec3::UnitY();
+  const Image same = painter.draw_frame(frame, {.overlay = false});
+  ++frame.arrangement;
+  const Image after = painter.draw_frame(frame, {.overlay = false});
+  EXPECT_GT(pixels_that_differ(same, after, 10), 500);
+  EXPECT_EQ(pixels_that_differ(after, drawn(frame), 0), 0) << "the same as a fresh painter draws";
+}
+
 TEST(DrawFrame, instruments_are_drawn_when_present) {
   Frame frame = test::make_frame();
   const Image without = drawn(frame);

@@ -173,7 +173,9 @@ TEST(World, a_server_takes_the_place_of_one_that_has_fallen_silent_when_it_can_b
   for (int i = 0; i < 7; ++i) newer.source.step(true);
   newer.send_keyframe(world);
   newer.send_step(world);
+  const std::uint64_t arrangement = frame.arrangement;
   ASSERT_TRUE(world.frame(1.1, frame));
+  EXPECT_NE(frame.arrangement, arrangement);
   EXPECT_EQ(world.servers(), 2u);
   ASSERT_EQ(frame.bodies.size(), 2u);
   EXPECT_EQ(frame.bodies[1].revision, newer.source.mesh().revision());
