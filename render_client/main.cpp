@@ -40,6 +40,10 @@ class Ending {
 
   bool due(double time_s, const World& world) {
     if (stop_was_requested() || time_s >= stop_s_) return true;
+    if (const std::string bodies = world.left_by(time_s); !bodies.empty()) {
+      log_error("the server of " + bodies + " fell silent and the others have ended: the session is over");
+      return is_whole_ = false, true;
+    }
     const std::optional<SessionEnd> end = world.session_end();
     if (!end) return false;
     if (!heard_) last_s_ = std::min(stop_s_, time_s + kMostEndPatience_s);
@@ -54,6 +58,7 @@ class Ending {
     }
     return false;
   }
+  bool is_whole() const { return is_whole_; }  // each server has told its end, or may yet
 
  private:
   // Changes with everything that leads to the final topology.
@@ -73,6 +78,7 @@ class Ending {
   std::uint64_t come_ = 0;
   bool heard_ = false;
   bool reached_ = false;
+  bool is_whole_ = true;
 };
 
 // The session's part of the panel.
@@ -190,7 +196,7 @@ int view(ViewerOptions options) {
     if (due_s < steady_now_s() - kMaxRepeat_s) due_s = steady_now_s();
     std::this_thread::sleep_until(Clock::time_point(std::chrono::duration_cast<Clock::duration>(Seconds(due_s))));
   }
-  return conclude(options, world, net, record, heard, session, any, screen.finish());
+  return conclude(options, world, net, record, heard, session, any, screen.finish() && ending.is_whole());
 }
 
 }  // namespace

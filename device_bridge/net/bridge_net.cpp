@@ -22,6 +22,7 @@
 #include "common/messages/contact.h"
 #include "common/messages/link.h"
 #include "common/messages/session.h"
+#include "common/messages/session_servers.h"
 #include "common/messages/speaker.h"
 #include "common/messages/tool.h"
 #include "device_bridge/net/pose_pace.h"
@@ -131,6 +132,7 @@ class Messenger {
   void take_scenes() {
     while (const auto scene = endpoints_.take<SceneInfo>()) {
       strongest_.announce(*scene);
+      servers_.hear(scene->epoch, steady_now_s());
       if (!handover_.has_camera) {
         handover_.camera = scene->camera;
         handover_.has_camera = true;
@@ -157,8 +159,11 @@ class Messenger {
         handover_.newest.store(strongest_.model());
         if (newest_pose_) pace_.answered(steady_now_s(), age_of(contact->model));
       }
-    while (const auto end = endpoints_.take<SessionEnd>()) strongest_.end(steady_now_s(), end->epoch);
-    if (strongest_.all_ended(steady_now_s())) handover_.ended = true;
+    while (const auto end = endpoints_.take<SessionEnd>()) {
+      strongest_.end(steady_now_s(), end->epoch);
+      servers_.end(end->epoch);
+    }
+    if (strongest_.all_ended(steady_now_s()) && servers_.all_ended(steady_now_s())) handover_.ended = true;
   }
 
   // How long ago the pose was sent that the model answers, by this program's clock alone.
@@ -176,6 +181,7 @@ class Messenger {
   void report() {
     while (const auto status = endpoints_.take<ServerStatus>()) {
       clock_.hear(steady_now_s(), packet_.source, *status);
+      servers_.hear(status->epoch, steady_now_s());
       handover_.paused = status->speed == 0 || status->step == 0;
     }
     const double now_s = steady_now_s(), span_s = now_s - reported_s_;
@@ -218,6 +224,7 @@ class Messenger {
   Handover& handover_;
   ToolPacket packet_;
   StrongestContact strongest_;
+  SessionServers servers_;
   ToolWish last_wish_;
   Speaker wisher_;
 

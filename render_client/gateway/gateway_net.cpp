@@ -4,8 +4,8 @@
 #include "common/core/unique_id.h"
 #include "common/core/wall_time.h"
 #include "common/dds/endpoints.h"
-#include "common/messages/epoch.h"
 #include "common/messages/link.h"
+#include "common/messages/session_servers.h"
 
 namespace sectio {
 
@@ -19,7 +19,7 @@ struct GatewayNet::Wire {
             Writes<KeyframeRequest, ToolWish, SessionOrder, LinkReport>>
       endpoints;
   std::uint64_t client = unique_id(kProgramIdBits);
-  std::uint64_t newest_epoch = 0, ended_epoch = 0;
+  SessionServers servers;
   bool any_scene = false;
   LinkClock clock;
   Ages ages;
@@ -48,7 +48,7 @@ void GatewayNet::poll(Gateway& gateway) {
   w.endpoints.renew_after_sleep();
   while (const auto scene = w.endpoints.take<SceneInfo>()) {
     w.any_scene = true;
-    if (!takes_over(w.newest_epoch, scene->epoch)) w.newest_epoch = scene->epoch;
+    w.servers.hear(scene->epoch, steady_now_s());
     gateway.feed(*scene);
   }
   if (!w.any_scene) return;  // the readers keep what comes before the scene
@@ -64,11 +64,12 @@ void GatewayNet::poll(Gateway& gateway) {
   w.pass_on<SessionEvent>(gateway);
   while (auto status = w.endpoints.take<ServerStatus>()) {
     w.clock.hear(steady_now_s(), w.client, *status);
+    w.servers.hear(status->epoch, steady_now_s());
     gateway.feed(*status);
   }
   w.pass_on<ContactMessage>(gateway);
   while (const auto end = w.endpoints.take<SessionEnd>()) {
-    if (!takes_over(w.ended_epoch, end->epoch)) w.ended_epoch = end->epoch;
+    w.servers.end(end->epoch);
     gateway.feed(*end);
   }
 }
@@ -104,7 +105,7 @@ bool GatewayNet::connected() const {
 }
 
 bool GatewayNet::session_ended() const {
-  return wire_->ended_epoch > 0 && wire_->ended_epoch == wire_->newest_epoch;
+  return wire_->servers.all_ended(steady_now_s());
 }
 
 }  // namespace sectio

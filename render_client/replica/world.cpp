@@ -189,7 +189,11 @@ void World::promote_claimants(double now_s) {
 
 bool World::frame(double now_s, Frame& frame) {
   for (const Servers* list : {&servers_, &claimants_})
-    for (const auto& server : *list) server->hearing.look(now_s), server->of_former.look(now_s);
+    for (const auto& server : *list) {
+      server->known_s = std::min(server->known_s, now_s);
+      server->hearing.look(now_s);
+      server->of_former.look(now_s);
+    }
   for (const auto& server : servers_) give_back(*server, now_s);
   promote_claimants(now_s);
   for (const auto& server : servers_) {
@@ -199,22 +203,27 @@ bool World::frame(double now_s, Frame& frame) {
   }
   if (!fresh_ || !gathered(now_s)) return false;
   fresh_ = false;
-  merge(frame);
+  merge(now_s, frame);
   return true;
 }
 
-void World::merge(Frame& frame) {
+void World::merge(double now_s, Frame& frame) {
   if (std::exchange(changed_, false)) {
     frame.bodies.clear();
     ++arrangement_;
   }
   frame.arrangement = arrangement_;
+  // Time and instruments are those of a server that speaks; one that is dead may have come further.
+  const auto is_newer = [&](const Server& server, const Server& other) {
+    const bool speaks = server.speaks(now_s);
+    return speaks != other.speaks(now_s) ? speaks : server.frame.sim_time_s > other.frame.sim_time_s;
+  };
   const Server* newest = nullptr;
   std::size_t count = 0;
   bool in_contact = false;
   for (const auto& server : servers_) {
     if (!server->drawn) continue;
-    if (!newest || server->frame.sim_time_s > newest->frame.sim_time_s) newest = server.get();
+    if (!newest || is_newer(*server, *newest)) newest = server.get();
     in_contact |= server->frame.in_contact;
     frame.bodies.resize(std::max(frame.bodies.size(), count + server->frame.bodies.size()));
     for (const BodyFrame& body : server->frame.bodies) copy(body, frame.bodies[count++]);
@@ -283,6 +292,23 @@ std::vector<BodyVersion> World::catch_up() {
     versions.insert(versions.end(), some.begin(), some.end());
   }
   return versions;
+}
+
+bool World::has_ended(std::uint64_t epoch) const {
+  const Server* server = find(epoch);
+  return server && server->end;
+}
+
+std::string World::left_by(double now_s) const {
+  bool any_ended = false;
+  std::string silent;
+  for (const auto& server : servers_) {
+    any_ended |= server->end.has_value();
+    if (server->end) continue;
+    if (now_s - std::max(server->hearing.last_s, server->known_s) < kGone_s) return {};
+    for (const BodyInfo& body : server->replica.scene()->bodies) silent += (silent.empty() ? "" : ", ") + body.name;
+  }
+  return any_ended ? silent : std::string();
 }
 
 std::optional<SessionEnd> World::session_end() const {

@@ -31,6 +31,7 @@ class World {
  public:
   static constexpr double kGather_s = 2;
   static constexpr double kSilence_s = 0.5;       // states come sixty times a second
+  static constexpr double kGone_s = 10;           // a server that was silent for so long has died, if others have ended
   static constexpr std::size_t kMaxServers = 64;  // shown; and as many claimants
 
   // Validated messages. Messages of a server that hasn't been announced are dropped.
@@ -44,6 +45,7 @@ class World {
   bool knows(std::uint64_t epoch) const { return find(epoch) != nullptr; }
   // The server is one of those whose bodies are drawn; others wait for the place of one of these.
   bool shows(std::uint64_t epoch) const;
+  bool has_ended(std::uint64_t epoch) const;
 
   // See Replica::frame(). Callers pass the same frame every time.
   bool frame(double now_s, Frame& frame);
@@ -66,6 +68,8 @@ class World {
   std::vector<BodyVersion> catch_up();
   // The final versions of all bodies, once every server has announced its own.
   std::optional<SessionEnd> session_end() const;
+  // The bodies of servers that have died, once all others have ended: nobody will tell the end of these. Else empty.
+  std::string left_by(double now_s) const;
 
   bool knows_all_bodies() const;     // at some revision
   std::size_t pulled_bytes() const;  // keyframes that are coming
@@ -88,6 +92,7 @@ class World {
     KeyframePull pull;
     Frame frame;
     bool drawn = false;
+    double known_s = 1e300;  // since then
     Hearing hearing;
     std::optional<SessionEnd> end;
     std::uint64_t former_epoch = 0;  // epoch of the server that had the session before
@@ -95,6 +100,7 @@ class World {
 
     std::uint64_t epoch() const { return replica.scene()->epoch; }
     bool is_silent(double now_s) const { return hearing.is_silent(now_s); }
+    bool speaks(double now_s) const { return !end && !is_silent(now_s); }
   };
   using Servers = std::vector<std::unique_ptr<Server>>;
 
@@ -106,7 +112,7 @@ class World {
   void show(std::unique_ptr<Server> server);
   void promote_claimants(double now_s);
   bool gathered(double now_s);
-  void merge(Frame& frame);
+  void merge(double now_s, Frame& frame);
 
   Servers servers_;                                 // in the order of their first bodies in the scene
   Servers claimants_;                               // announced, but another server has their place

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/log.h"
 #include "common/messages/codec.h"
 #include "common/messages/epoch.h"
 
@@ -65,6 +66,10 @@ void OtherServers::listen() {
       if (ours && known.body.empty()) known.body = body.name;
     }
     known.same_world = other->world_bodies == own_.world_bodies;
+    if (is_new && !known.same_world && known.body.empty() && !other->bodies.empty())
+      log_limited(LogLevel::warning, "other scene",
+                  "a server of another scene, with the body " + other->bodies.front().name +
+                      ", is in this session: viewers show both");
     known.same_scene = scene_alone(*other, own_.world_bodies) == scene_alone(own_, own_.world_bodies);
   }
   while (const auto header = endpoints_.take<StateHeader>()) {

@@ -3,7 +3,8 @@
 #include <sstream>
 
 #include "common/core/error.h"
-#include "tests/support/session_programs.h"
+#include "tests/support/gateway_programs.h"
+#include "tests/support/patience.h"
 
 namespace sectio {
 namespace {
@@ -33,7 +34,7 @@ tools:
   - {name: kidney_scalpel, kind: scalpel, trace: DEPLOY/traces/organs_kidney.csv}
 )";
 
-class Divided : public test::SessionPrograms {
+class Divided : public test::GatewayPrograms {
  protected:
   Divided() {
     std::string text = kTwoOrgans;
@@ -197,6 +198,45 @@ TEST_F(Divided, an_order_says_which_server_refuses_it_and_which_obeys) {
     each->send(SIGINT);
     EXPECT_TRUE(each->exit_code()) << each->output();
   }
+}
+
+// Idle hands and pages belong to the session, not to the server that spoke to them last.
+TEST_F(Divided, the_session_ends_with_its_last_server_for_idle_hands_and_pages_too) {
+  const auto left = share({"--server", "left", "--endless"});
+  const auto right = share({"--server", "right", "--endless"});
+  const auto hand = program("device_bridge", in_session({"--device", "wish", "--wait-for-server"}));
+  const auto pages = gateway();
+  for (const auto* server : {&left, &right}) ASSERT_TRUE((*server)->wait_for("step ")) << (*server)->output();
+  ASSERT_TRUE(pages->wait_for("/#")) << pages->output();
+  const auto are_here = [&] {
+    const auto status = program("sim_server", in_session({"status"}));
+    const bool answered = status->exit_code() == 0;
+    const auto tells = [&](const char* kind) { return status->output().find(kind) != std::string::npos; };
+    return answered && tells("\nhand ") && tells("\nviewer ");
+  };
+  EXPECT_TRUE(test::wait_until(are_here));
+  right->send(SIGTERM);
+  EXPECT_EQ(right->exit_code(), 0) << right->output();
+  for (int s = 0; s < 2; ++s) EXPECT_TRUE(left->wait_for_next("step ")) << left->output();
+  EXPECT_TRUE(test::wait_until(are_here));
+  EXPECT_EQ(hand->output().find("the session has ended"), std::string::npos) << hand->output();
+  EXPECT_EQ(pages->output().find("the session has ended"), std::string::npos) << pages->output();
+  left->send(SIGTERM);
+  EXPECT_EQ(left->exit_code(), 0) << left->output();
+  EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+  EXPECT_EQ(pages->exit_code(), 0) << pages->output();
+}
+
+TEST_F(Divided, a_viewer_does_not_wait_for_the_end_of_a_server_that_has_died) {
+  const auto left = share({"--server", "left", "--play-traces", "--wait-for-bodies", "--wait-for-viewers", "1"});
+  const auto right = share({"--server", "right", "--play-traces", "--wait-for-bodies", "--wait-for-viewers", "1"});
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(right->wait_for("step ")) << right->output();
+  right->send(SIGKILL);
+  EXPECT_EQ(left->exit_code(), 0) << left->output();
+  EXPECT_EQ(screen->exit_code(), 1) << screen->output();
+  EXPECT_NE(screen->output().find("the server of kidney fell silent and the others have ended"), std::string::npos)
+      << screen->output();
 }
 
 }  // namespace

@@ -202,6 +202,38 @@ TEST(World, a_server_that_sends_states_keeps_its_place) {
   ASSERT_TRUE(world.session_end()) << "the intruder, silent itself, has not taken the place of one that ended";
 }
 
+TEST(World, time_and_instruments_are_those_of_a_server_that_speaks) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney"), liver(2, "liver");
+  kidney.appear(world);
+  for (int i = 0; i < 50; ++i) liver.source.step(false);
+  liver.appear(world);
+  ASSERT_TRUE(world.frame(0, frame));
+  EXPECT_EQ(frame.step, liver.source.steps());
+  kidney.send_step(world);
+  ASSERT_TRUE(world.frame(World::kSilence_s + 0.1, frame));
+  EXPECT_EQ(frame.step, kidney.source.steps()) << "the other one is dead";
+  ASSERT_EQ(frame.bodies.size(), 2u);
+}
+
+TEST(World, is_left_by_a_server_that_has_died_when_the_others_have_ended) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney"), liver(2, "liver");
+  kidney.appear(world);
+  liver.appear(world);
+  ASSERT_TRUE(world.frame(0, frame));
+  EXPECT_EQ(world.left_by(100), "") << "both may come back";
+  world.feed(liver.end());
+  EXPECT_EQ(world.left_by(World::kGone_s - 0.1), "");
+  EXPECT_EQ(world.left_by(World::kGone_s + 0.1), "kidney");
+  EXPECT_FALSE(world.session_end());
+  world.feed(kidney.end());
+  EXPECT_EQ(world.left_by(100), "");
+  EXPECT_TRUE(world.session_end());
+}
+
 TEST(World, an_intruder_that_was_seen_first_leaves_its_place_when_it_falls_silent) {
   World world;
   Frame frame;
