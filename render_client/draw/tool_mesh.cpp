@@ -309,6 +309,10 @@ ToolMesh make_scissors(const ToolFrame& tool, const std::array<Vec3, 4>& abcd) {
 
 }  // namespace
 
+bool has_jaws(std::string_view kind) {
+  return kind == "scissors" || kind == "medical_scissors" || kind == "forceps";
+}
+
 ToolMesh make_tool_mesh(const ToolFrame& tool) {
   std::array<Vec3, 4> abcd = tool.abcd_tool_m;
   for (Vec3& point : abcd) {
@@ -316,11 +320,10 @@ ToolMesh make_tool_mesh(const ToolFrame& tool) {
   }
   const Axes axes = axes_of(abcd);
   const bool is_blade = tool.kind == "scalpel" || tool.kind == "knife";
-  const bool has_jaws = tool.kind == "scissors" || tool.kind == "medical_scissors" || tool.kind == "forceps";
   ToolMesh mesh = is_blade                      ? make_scalpel(abcd, axes)
                   : tool.kind == "cautery_hook" ? make_cautery_hook(abcd, axes)
                   : tool.kind == "probe"        ? make_probe(abcd, axes)
-                  : has_jaws                    ? make_scissors(tool, abcd)
+                  : has_jaws(tool.kind)         ? make_scissors(tool, abcd)
                                                 : make_rod(abcd, axes);
   compute_normals(mesh.vertices, mesh.indices);
   return mesh;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "render_client/draw/canvas.h"
@@ -20,6 +21,9 @@ struct ToolMesh {
   std::vector<ToolPart> parts;
   Occluder shadow;  // tool frame
 };
+
+// An instrument of this kind opens and closes.
+bool has_jaws(std::string_view kind);
 
 // scalpel: a thin blade in the plane of A, B, C, D, ground to an edge along AC, on a flat handle along AB.
 // cautery_hook: an insulated shaft along AB, a wire hook A to C with a hot tip, its spark reaching to D.

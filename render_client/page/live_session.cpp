@@ -23,6 +23,12 @@ constexpr Words kWords[] = {
     {kBodySplit, "came off: ", false, false},       {kStepOverrun, "pace of the server ", true, false},
     {kGravityTurned, "gravity turns ", true, false}};
 
+std::string body_names(const Replica& replica) {
+  std::vector<std::string> names;
+  for (const BodyInfo& body : replica.scene()->bodies) names.push_back(body.name);
+  return joined(names);
+}
+
 }  // namespace
 
 template <class Message>
@@ -93,7 +99,9 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<SessionEnd>(message, [&](const SessionEnd& end) {
         world_.feed(end);
         equality_.hear(end.epoch, end.bodies);
-        note("the session has ended: " + end.reason);
+        const Replica* replica = world_.replica_of(end.epoch);
+        const bool is_last = !replica || world_.body_counts().size() < 2 || world_.session_end();
+        note((is_last ? "the session" : "the server of " + body_names(*replica)) + " has ended: " + end.reason);
       });
     case LiveKind::roster:
       return with<Roster>(message, [&](Roster roster) { roster_ = std::move(roster); });
@@ -199,12 +207,10 @@ std::optional<LiveSession::Silence> LiveSession::silence(double now_s) const {
   const std::vector<std::pair<std::uint64_t, std::size_t>> servers = world_.body_counts();
   std::optional<std::uint64_t> mute;
   for (const auto& [epoch, body_count] : servers)
-    if (heard_s_.contains(epoch) && (!mute || heard_s_.at(epoch) < heard_s_.at(*mute))) mute = epoch;
+    if (heard_s_.contains(epoch) && !world_.has_ended(epoch) && (!mute || heard_s_.at(epoch) < heard_s_.at(*mute)))
+      mute = epoch;
   if (!mute) return std::nullopt;
-  std::vector<std::string> names;
-  if (servers.size() > 1)
-    for (const BodyInfo& body : world_.replica_of(*mute)->scene()->bodies) names.push_back(body.name);
-  return Silence{now_s - heard_s_.at(*mute), joined(names)};
+  return Silence{now_s - heard_s_.at(*mute), servers.size() > 1 ? body_names(*world_.replica_of(*mute)) : ""};
 }
 
 }  // namespace sectio

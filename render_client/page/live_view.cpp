@@ -8,6 +8,7 @@
 #include "common/core/json_text.h"
 #include "common/core/report_figures.h"
 #include "common/messages/link.h"
+#include "render_client/draw/tool_mesh.h"
 
 namespace sectio {
 namespace {
@@ -52,6 +53,8 @@ bool LiveView::tick(double now_s) {
     pad_leads_ = false;
   }
   held_ = held;
+  const bool is_halted = held_ && is_frozen(frozen_tools(), *held_);
+  if (std::exchange(was_halted_, is_halted) && !is_halted) hand_.lift();  // it came into the scene anew
   hand_.tick(now_s);
   if (held_ && pad_leads_) pad_.tick(now_s, instrument(), camera_->camera());
   if (held_) hold(now_s);
@@ -179,17 +182,23 @@ void LiveView::describe_people(JsonText& json) const {
   json.close(']');
 }
 
+std::uint32_t LiveView::frozen_tools() const {
+  std::uint32_t frozen = 0;
+  for (const ServerStatus* status : session.statuses()) frozen |= status->frozen_tools;
+  return frozen;
+}
+
 void LiveView::describe_tools(JsonText& json, std::span<const ServerStatus* const> statuses, double now_s) const {
-  std::uint32_t frozen_tools = 0;
-  for (const ServerStatus* status : statuses) frozen_tools |= status->frozen_tools;
+  const std::uint32_t frozen = frozen_tools();
   const Roster& roster = session.roster();
   const SceneInfo* scene = session.world().scene();
   json.key("tools").open('[');
   for (std::uint32_t t = 0; scene && t < scene->tools.size(); ++t) {
     const JointPose* pose = t < frame_.tools.size() && frame_.tools[t].present ? &frame_.tools[t].pose_world : nullptr;
     json.open('{').key("name").value(scene->tools[t].name).key("present").value(pose != nullptr);
+    json.key("has_jaws").value(has_jaws(scene->tools[t].kind));
     json.key("holder").value(t < roster.holders.size() ? roster.holders[t] : kNobody);
-    json.key("frozen").value(is_frozen(frozen_tools, t));
+    json.key("frozen").value(is_frozen(frozen, t));
     json.key("hands").value(hands_on(scene->tools[t].name, statuses));
     json.key("force_n").value(pose ? session.force_n(t, now_s) : 0.0);
     if (pose) {
@@ -240,6 +249,7 @@ void LiveView::describe_hand(JsonText& json) const {
     json.null();
   json.key("depth_m").value(hand_.depth_m());
   json.key("presses_beside").value(hand_.presses_beside());
+  json.key("lifted").value(hand_.waits_for_button());
   json.key("pad").value(pad_leads_).key("headset").value(headset_.has_value());
   if (held_ && wanted && camera_) describe_place(json, "wish", camera_->project(wanted->position_m, aspect_));
 }

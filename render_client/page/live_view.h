@@ -53,6 +53,7 @@ class LiveView {
 
   void hold(double now_s);
   void describe_people(class JsonText& json) const;
+  std::uint32_t frozen_tools() const;
   void describe_tools(JsonText& json, std::span<const ServerStatus* const> statuses, double now_s) const;
   void describe_bodies(JsonText& json) const;
   void describe_lines(JsonText& json) const;
@@ -71,6 +72,7 @@ class LiveView {
   bool pad_leads_ = false;
   std::optional<Headset> headset_;
   std::optional<std::uint32_t> held_;
+  bool was_halted_ = false;  // the instrument in hand was frozen
   std::optional<SectionPlane> section_;
   double section_nearer_m_ = 0;
   double aspect_ = 1;

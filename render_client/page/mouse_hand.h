@@ -54,6 +54,7 @@ class MouseHand {
   std::optional<JointPose> wish() const;
   double depth_m() const { return depth_m_; }
   bool pressed() const { return pressed_; }
+  bool waits_for_button() const { return is_lifted_; }  // it was lifted while one was down, and that one is still down
   // How often the button went down where there is no body near.
   unsigned presses_beside() const { return presses_beside_; }
 

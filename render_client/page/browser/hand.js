@@ -1,6 +1,10 @@
 // The hand at this page: mouse, touch, keys and a pad. What they mean is decided in page.cpp.
 'use strict';
 
+const HINT_MS = 2500;
+const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
+const LEAST_N = 0.02;              // tissue that presses less holds nothing up
+
 // ---- a pad ----
 
 const PAD_IDLE = 0.12;  // share of a stick's way, which a thumb that rests may be off
@@ -145,7 +149,8 @@ function show_touch() {
   held_before = state.held;
   byId('touch').hidden = !is_of_use;
   byId('depth').textContent = `${(1000 * state.depth_m).toFixed(0)} mm`;
-  byId('jaws').textContent = closes ? 'Open jaws' : 'Close jaws';
+  const of_jaws = is_of_use && state.tools[state.held]?.has_jaws;
+  byId('jaws').textContent = closes ? (of_jaws ? 'Open jaws' : 'Let down') : (of_jaws ? 'Close jaws' : 'Lift');
 }
 
 const KEYS = { q: [0.1, 0], e: [-0.1, 0], r: [0, 0.1], f: [0, -0.1] };
@@ -153,3 +158,49 @@ window.addEventListener('keydown', (event) => {
   const turn = KEYS[event.key.toLowerCase()];
   if (turn && !event.ctrlKey && !event.metaKey && !event.altKey && event.target.id !== 'name') call('turn', ...turn);
 });
+
+// ---- what a hand is told ----
+
+// A server hears the bridge that spoke first. An instrument that isn't where this page wants it follows another hand,
+// or none; tissue alone may hold it up, unless another bridge leads it, too.
+let astray_since_s = null;
+function is_astray(tool) {
+  const is_off = tool.tip && Math.hypot(state.wish[0] - tool.tip[0], state.wish[1] - tool.tip[1]) > ASTRAY;
+  const is_free = tool.hands !== 1 || tool.force_n < LEAST_N;
+  const astray = state.wish && is_free && (is_off || !tool.present);
+  astray_since_s = astray ? astray_since_s ?? now() : null;
+  return astray && now() - astray_since_s > ASTRAY_S;
+}
+function who_leads(tool) {
+  if (!is_astray(tool)) return '';
+  if (tool.hands > 0) return `Another hand moves the ${tool.name}.`;
+  return end_s() > 0 ? 'This is a record: its instruments go their old way.'
+    : `Nothing moves the ${tool.name}: no bridge for it follows this page.`;
+}
+
+let presses_beside = 0, hinted_ms = -Infinity, has_held = false;
+function hint(me) {
+  has_held ||= holds();
+  if (state.presses_beside > presses_beside) hinted_ms = performance.now();
+  presses_beside = state.presses_beside;
+  const ordered = words_of_order();
+  if (ordered) return ordered;
+  if (state.speed === 0 && !state.ended) return 'The session is paused.';
+  const tool = state.tools[state.held];
+  if (!tool) return first_word(me);
+  const until = me?.may_lead ? 'you press Thaw' : 'somebody who leads presses Thaw';
+  if (tool.frozen) return `The ${tool.name} is frozen: it doesn't follow your hand until ${until}.`;
+  if (state.lifted) return 'Let the button go, and press again: other tissue may be there now.';
+  const led = who_leads(tool);
+  if (led) return led;
+  return performance.now() - hinted_ms < HINT_MS ? 'There is no body under the pointer: press on tissue.' : '';
+}
+
+// To somebody who holds nothing yet.
+function first_word(me) {
+  if (has_held || !me || state.ended || state.tools.length === 0 || !window.sectio.connected) return '';
+  if (!me.may_write) return 'You are watching: drag to turn the view. The whole address, with what follows #, lets you take part.';
+  const panel = document.body.classList.contains('folded') ? 'open the panel and ' : '';
+  const words = state.tools.some((tool) => tool.holder === 0) ? 'Take in hand' : 'Take over';
+  return `To hold an instrument, ${panel}press ${words}.`;
+}

@@ -7,10 +7,8 @@ const RETRY_MS = 1000;      // wait after a connection was lost
 const CONNECT_MS = 5000;    // a connection that takes longer is tried again
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // silence before the page says so
-const HINT_MS = 2500;
 const SURE_MS = 4000;       // a second press within this time begins the session anew,
 const DOUBLE_MS = 300;      // but for one that comes at once
-const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
 const SETTLES_MS = 2000;    // an order is under way, and what it changes isn't told yet
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
 const MOST_NAME_BYTES = 64, MOST_TOKEN_BYTES = 128;  // the gateway takes no more: common/messages/live_fields.h
@@ -37,6 +35,14 @@ const note = (text, topic = text) => program.ccall('page_note', null, ['string',
 const clock = () => new Date().toLocaleTimeString();
 const holds = () => state !== null && state.held !== null;
 const how_long = (since_s) => `${(now() - since_s).toFixed(0)} s`;
+
+// A browser may be told to keep nothing.
+function recalled(storage, key) {
+  try { return window[storage].getItem(key); } catch { return null; }
+}
+function keep(storage, key, value) {
+  try { window[storage].setItem(key, value); } catch { /* it is asked again */ }
+}
 
 // ---- the socket ----
 
@@ -264,41 +270,6 @@ function follow(id, value, words_of = () => '') {
   if (words) words.textContent = words_of(in_use ? Number(control.value) : value);
 }
 
-// A server hears the bridge that spoke first. While another bridge leads the instrument, too, one that isn't where this
-// page wants it follows the other hand; tissue alone may hold it up.
-let astray_since_s = null;
-function another_hand_leads(tool) {
-  const astray = tool.hands > 1 && state.wish && tool.tip &&
-    Math.hypot(state.wish[0] - tool.tip[0], state.wish[1] - tool.tip[1]) > ASTRAY;
-  astray_since_s = astray ? astray_since_s ?? now() : null;
-  return astray && now() - astray_since_s > ASTRAY_S;
-}
-
-let presses_beside = 0, hinted_ms = -Infinity, has_held = false;
-function hint(me) {
-  has_held ||= holds();
-  if (state.presses_beside > presses_beside) hinted_ms = performance.now();
-  presses_beside = state.presses_beside;
-  const ordered = words_of_order();
-  if (ordered) return ordered;
-  if (state.speed === 0 && !state.ended) return 'The session is paused.';
-  const tool = state.tools[state.held];
-  if (!tool) return first_word(me);
-  const until = me?.may_lead ? 'you press Thaw' : 'somebody who leads presses Thaw';
-  if (tool.frozen) return `The ${tool.name} is frozen: it doesn't follow your hand until ${until}.`;
-  if (another_hand_leads(tool)) return `Another hand moves the ${tool.name}.`;
-  return performance.now() - hinted_ms < HINT_MS ? 'There is no body under the pointer: press on tissue.' : '';
-}
-
-// To somebody who holds nothing yet.
-function first_word(me) {
-  if (has_held || !me || state.ended || state.tools.length === 0 || !window.sectio.connected) return '';
-  if (!me.may_write) return 'You are watching: drag to turn the view. The whole address, with what follows #, lets you take part.';
-  const panel = document.body.classList.contains('folded') ? 'open the panel and ' : '';
-  const words = state.tools.some((tool) => tool.holder === 0) ? 'Take in hand' : 'Take over';
-  return `To hold an instrument, ${panel}press ${words}.`;
-}
-
 // A frozen instrument that isn't in the scene stays away.
 const frozen_words = (tool) => (!tool.frozen ? '' : tool.present ? ', frozen' : ', frozen, and not in the scene');
 
@@ -448,7 +419,7 @@ function fold(folded) {
 }
 
 function fold_as_left() {
-  const left = localStorage.getItem('folded');
+  const left = recalled('localStorage', 'folded');
   fold(left === null ? small.matches : left === 'true');
 }
 
@@ -457,15 +428,15 @@ async function begin() {
   small.onchange = fold_as_left;
   byId('fold').onclick = () => {
     fold(!document.body.classList.contains('folded'));
-    localStorage.setItem('folded', document.body.classList.contains('folded'));
+    keep('localStorage', 'folded', document.body.classList.contains('folded'));
   };
-  byId('name').value = sessionStorage.getItem('name') ?? '';
+  byId('name').value = recalled('sessionStorage', 'name') ?? '';
   program = await Sectio();
   const [width, height] = pixel_size();
   if (!call('begin', width, height)) show_stills();
   byId('name').onchange = () => {
-    if (!byId('name').value.trim()) byId('name').value = sessionStorage.getItem('name') ?? '';
-    sessionStorage.setItem('name', own_name());
+    if (!byId('name').value.trim()) byId('name').value = recalled('sessionStorage', 'name') ?? '';
+    keep('sessionStorage', 'name', own_name());
     introduce();
   };
   byId('wireframe').onchange = () => call('wireframe', byId('wireframe').checked ? 1 : 0);
@@ -494,5 +465,9 @@ async function begin() {
   connect();
   requestAnimationFrame(animate);
 }
+function fail(error) {
+  say('warning_said', `This page can't run here: ${error.message ?? error}`);
+  byId('warning').hidden = false;
+}
 // By then all scripts have run, in whatever order they came.
-document.addEventListener('DOMContentLoaded', begin);
+document.addEventListener('DOMContentLoaded', () => begin().catch(fail));
