@@ -76,7 +76,7 @@ void EdgeContact::set_free() {
   if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
   if (phase_ == Phase::cutting) events_.push_back({EventKind::cut_ended, why_lifted_});
   phase_ = Phase::free;
-  said_tip_is_outside_ = false;
+  said_no_cut_ = false;
   stroke_.resistance().release();
   force_n_.setZero();
   rupture_.release();
@@ -108,7 +108,7 @@ void EdgeContact::end_cut() {
   constraints_.clear();
 }
 
-void EdgeContact::slip_off(const char* why) {
+void EdgeContact::slip_off(std::string_view why) {
   events_.push_back({phase_ == Phase::cutting ? EventKind::cut_ended : EventKind::contact_ended, why});
   constraints_.clear();
   stroke_.resistance().release();
@@ -213,10 +213,10 @@ bool EdgeContact::enter_open_cut() {
 // A style that cuts where the tip goes has no cut for a blade that goes through the body beside its tip. Nothing was
 // begun, so nothing is refused: a hand that grazes tissue is told, and may go on.
 void EdgeContact::say_when_tip_is_outside(const JointPose& before) {
-  if (said_tip_is_outside_ || phase_ != Phase::pressing || body_.cut_traits.edge_cuts_anywhere || body_.rigid()) return;
+  if (said_no_cut_ || phase_ != Phase::pressing || body_.cut_traits.edge_cuts_anywhere || body_.rigid()) return;
   if (!cuts() || body_.tree().inside(body_.view(), edge_.tip_world_m())) return;
   if (!sharp_edge_deep_inside(body_, edge_, before) || tip_is_in_groove(body_, edge_)) return;
-  said_tip_is_outside_ = true;
+  said_no_cut_ = true;
   events_.push_back({EventKind::did_not_cut, "the edge went in, but the tip, which cuts in this style, is outside"});
 }
 
@@ -393,15 +393,13 @@ void EdgeContact::follow_stroke(const CutPoint& cut, std::span<const JointPose> 
   const Pose frame = body_.frame_world(cut.near);
   if (!body_.cut_traits.edge_cuts_anywhere && cut.normal_body.squaredNorm() > 0.5)
     normal_ = frame.orientation * cut.normal_body;
-  auto [motion, end_goes_to, slips, why_lifted] =
-      stroke_.follow(body_, {edge_, poses, opening_before_rad_, cut, frame, point_, normal_});
+  auto [motion, held, is_sunk, slips, why_lifted] =
+      stroke_.follow(body_, {edge_, poses, opening_before_rad_, cut, frame, point_, normal_, step_s_});
   motions.push_back(std::move(motion));
   why_lifted_ = why_lifted;
   if (slips) slips_off_ = frame;
-  if (!end_goes_to) return;
-  PointConstraint c = drag(cut.follows, body_.particle_view().position(cut.follows), *end_goes_to, step_s_);
-  c.largest_force_n = edge_.largest_force_n();
-  constraints_.assign(1, c);
+  if (is_sunk && !std::exchange(said_no_cut_, true)) events_.push_back({EventKind::did_not_cut, EdgeStroke::kSunk});
+  constraints_ = std::move(held);
 }
 
 double EdgeContact::from_end_m() const {
@@ -448,7 +446,7 @@ void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   constraints_.clear();
   if (const auto frame_world = std::exchange(slips_off_, std::nullopt);
       frame_world && !tip_will_be_in_groove(body_, edge_, *frame_world))
-    return slip_off("it went aside, and the tissue slipped off");
+    return slip_off(why_lifted_);
   if (end == StrokeEnd::lifted && !opens_from_edge(body_.cut_traits)) return set_free();
   end_cut();
   if (end == StrokeEnd::lifted) events_.push_back({EventKind::cut_ended, why_lifted_});
@@ -490,6 +488,7 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
 // A cut of another instrument may have made the end of this one anew.
 void EdgeContact::hold_end_again() {
   if (phase_ != Phase::cutting || constraints_.empty()) return;
+  if (body_.cut_traits.cuts_inside) return void(constraints_ = stroke_.sides().press(body_, edge_, Vec3::Zero()));
   const auto cut = cut_point();
   if (cut && cut->follows != kNone)
     constraints_.front().v[0] = cut->follows;

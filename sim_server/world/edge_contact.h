@@ -86,7 +86,7 @@ class EdgeContact {
   void archive(A& a) {
     a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_,
       came_sideways_m_, stroke_, ended_at_, deep_steps_, steps_beneath_, groove_searches_, was_clear_, point_, normal_,
-      contact_points_, constraints_, force_n_, said_tip_is_outside_, is_unfelt_, arrives_, events_);
+      contact_points_, constraints_, force_n_, said_no_cut_, is_unfelt_, arrives_, events_);
   }
 
  private:
@@ -114,7 +114,7 @@ class EdgeContact {
   void enter(const Entry& at, Way way);
   void break_in(const Entry& at, Way way);
   void end_cut();
-  void slip_off(const char* why);
+  void slip_off(std::string_view why);
 
   // Free, or pressing.
   void look_along(const JointPose& before, std::span<const JointPose> poses, bool continuous);
@@ -171,7 +171,7 @@ class EdgeContact {
   std::vector<PointConstraint> constraints_;
   Vec3 force_n_ = Vec3::Zero();
 
-  bool said_tip_is_outside_ = false;          // in this contact
+  bool said_no_cut_ = false;                  // in this contact
   bool is_unfelt_ = false, arrives_ = false;  // it came into the scene in the body; in this step
   std::vector<ContactEvent> events_;
 };

@@ -13,7 +13,7 @@ namespace sectio {
 namespace {
 
 // Tissue goes along with a blade that doesn't cut, further with a deeper one, until it slips off.
-constexpr double kMostDrag_m = 0.004, kMostDragInDepths = 2;
+constexpr double kMostDrag_m = 0.004, kMostDragInDepths = 2, kMostWallDragInDepths = 0.5;
 constexpr double kSteep = 0.5;     // cosine to the normal from which on a blade passes through a surface
 constexpr double kLeftBehind = 3;  // join tolerances: a deep blade that is further from the end of its cut has left it
 // Skin is dragged so far beyond the tip; inside of it the tip swings, in so many poses.
@@ -28,6 +28,10 @@ double height_m_at(const Vec3& point_world_m, const Vec3& normal, const Blade& b
   const Vec3 from_tip = point_world_m - blade.tip_world_m;
   const double steepness = blade.up_world.dot(normal);
   return steepness > kSteep ? from_tip.dot(normal) / steepness : from_tip.dot(blade.up_world);
+}
+
+double most_drag_m(const Blade& blade, const Vec3& at_surface_world_m, double in_depths) {
+  return kMostDrag_m + in_depths * (at_surface_world_m - blade.tip_world_m).norm();
 }
 
 Blade limited_blade(Body& body, const InstrumentEdge& edge, const Vec3& surface_world_m) {
@@ -68,6 +72,13 @@ std::vector<Blade> swung_out(Body& body, const Blade& blade, const Vec3& tip_bef
   return {};
 }
 
+PointConstraint drag_end(Body& body, const StrokeStep& step, const Vec3& to_world_m) {
+  const VertexId end = step.cut.follows;
+  PointConstraint c = drag(end, body.particle_view().position(end), to_world_m, step.step_s);
+  c.largest_force_n = step.edge.largest_force_n();
+  return c;
+}
+
 // The decision for a pose of an edge that cuts where its tip goes.
 struct TipDecision {
   CutDecision leaf = CutDecision::detect_again;
@@ -102,6 +113,7 @@ struct EdgeOnWay {
 BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, double sideways_m) {
   tip_before_world_m_ = edge.tip_world_m();
   drags_end_ = false;
+  sides_ = {};
   BladeMotion motion{edge.id(), {limited_blade(body, edge, point_world_m)}, false};
   if (!body.cut_traits.edge_cuts_anywhere) {
     ask_surface(body, motion.path.front(), motion.active);
@@ -125,7 +137,7 @@ bool EdgeStroke::tissue_slips_off(const Body& body, const StrokeStep& step, cons
   const Vec3 at_rest_world_m = step.frame_world.to_world(body.mesh.rest_body_m(step.cut.follows));
   const double dragged_m =
       std::min((blade.tip_world_m - tip_before_world_m_).norm(), (at_surface_world_m - at_rest_world_m).norm());
-  return dragged_m > kMostDrag_m + kMostDragInDepths * (at_surface_world_m - blade.tip_world_m).norm();
+  return dragged_m > most_drag_m(blade, at_surface_world_m, kMostDragInDepths);
 }
 
 // The decision tree of figure 4, for each pose; the first one that does not cut ends what is cut in this step.
@@ -171,10 +183,12 @@ EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
       break;
     }
     if (decision.leaf == CutDecision::push_out) resistance_.push_out(body, edge, step.point_world_m, step.normal_world);
+    outcome.is_sunk = decision.leaf == CutDecision::push_out || decision.leaf == CutDecision::deform_with_shaft;
     if (!step.cut.cuts || step.cut.follows == kNone) break;
     outcome.slips = motion.lift = tissue_slips_off(body, step, blade, decision.at_surface_world_m);
+    if (outcome.slips) outcome.why_lifted = outcome.is_sunk ? kSunk : kAside;
     drags_end_ = !outcome.slips;
-    if (drags_end_) outcome.end_goes_to_world_m = decision.at_surface_world_m;
+    if (drags_end_) outcome.held = {drag_end(body, step, decision.at_surface_world_m)};
     break;
   }
   return outcome;
@@ -186,12 +200,14 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
   BladeMotion& motion = outcome.motion;
   Vec3 from = step.point_world_m;
   double opening_rad = step.opening_before_rad;
+  Vec3 way_world_m = Vec3::Zero();
   if (step.poses.empty()) resistance_.meet(body, step.edge, step.frame_world, kind.only_closing);
   for (const JointPose& pose : step.poses) {
     const InstrumentEdge edge = step.edge.at(pose);
     const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
     const Blade blade = edge.blade();
     const Vec3 travel = blade.tip_world_m - std::exchange(tip_before_world_m_, blade.tip_world_m);
+    way_world_m += travel;
     resistance_.meet(body, edge, step.frame_world, kind.only_closing && jaws != Jaws::closing);
     if (travel.norm() < kNoTravel_m && jaws == Jaws::still) continue;
     const double depth_m = (from - blade.tip_world_m).dot(blade.up_world);
@@ -204,6 +220,11 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
         motion.path.push_back(blade);
         from = at_surface;
       }
+    } else if (leaf == CutDecision::push_back && body.cut_traits.cuts_inside) {
+      outcome.slips = motion.lift = sides_.aside_m() > most_drag_m(blade, at_surface, kMostWallDragInDepths);
+      if (!outcome.slips) continue;
+      outcome.why_lifted = kAside;
+      break;
     } else if (leaf == CutDecision::detect_again) {  // in what it has opened, or out of it
       // Lips that swing away from a blade do not lift it.
       const double near_m = body.cut_traits.join_tolerance_m,
@@ -217,6 +238,7 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
   }
   if (!motion.path.empty())
     motion.active = swept_over(body, step.edge, step.cut.blade.value_or(motion.path.front()), motion.path);
+  if (!motion.lift && body.cut_traits.cuts_inside) outcome.held = sides_.press(body, step.edge, way_world_m);
   return outcome;
 }
 

@@ -6,7 +6,9 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
+#include "sim_server/world/blade_sides.h"
 #include "sim_server/world/body.h"
 #include "sim_server/world/cut_resistance.h"
 #include "sim_server/world/instrument_edge.h"
@@ -21,29 +23,34 @@ struct StrokeStep {
   const CutPoint& cut;
   Pose frame_world;                  // the tissue at rest around the edge
   Vec3 point_world_m, normal_world;  // point and normal of the surface where the edge enters it
+  double step_s;
 };
 
 class EdgeStroke {
  public:
-  static constexpr std::string_view kLifted = "it was lifted out";
+  static constexpr std::string_view kLifted = "it was lifted out", kAside = "it went aside, and the tissue slipped off",
+                                    kSunk = "all of its edge is beneath the surface, where its blunt part pushes";
 
   // The edge breaks in here, after it came so far sideways; 0: with its tip first.
   BladeMotion begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, double sideways_m);
 
   struct Outcome {
     BladeMotion motion;
-    std::optional<Vec3> end_goes_to_world_m;  // a blade that doesn't cut takes the end of its cut along
-    bool slips = false;                       // the tissue slips off the blade, and the cut ends
-    std::string_view why_lifted = kLifted;    // if the cut ends; for a person
+    std::vector<PointConstraint> held =
+        {};                                 // a blade that doesn't cut takes tissue along: the end of its cut, or walls
+    bool is_sunk = false;                   // what is above its edge pushes the surface, and doesn't cut
+    bool slips = false;                     // the tissue slips off the blade, and the cut ends
+    std::string_view why_lifted = kLifted;  // if the cut ends; for a person
   };
   Outcome follow(Body& body, const StrokeStep& step);
 
+  BladeSides& sides() { return sides_; }
   CutResistance& resistance() { return resistance_; }
   const CutResistance& resistance() const { return resistance_; }
 
   template <class A>
   void archive(A& a) {
-    a(tip_before_world_m_, drags_end_, resistance_);
+    a(tip_before_world_m_, drags_end_, sides_, resistance_);
   }
 
  private:
@@ -54,6 +61,7 @@ class EdgeStroke {
 
   Vec3 tip_before_world_m_ = Vec3::Zero();  // the pose before; for a cutting tip the last one at which it cut
   bool drags_end_ = false;                  // it has taken the end of its cut along since then
+  BladeSides sides_;
   CutResistance resistance_;
 };
 

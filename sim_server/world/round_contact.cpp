@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/material/regions.h"
+#include "sim_server/world/contact_layer.h"
 #include "sim_server/world/edge_meets_body.h"
 
 namespace sectio {
@@ -64,11 +64,7 @@ std::optional<SurfaceSample> RoundContact::press(Body& body, const InstrumentEdg
 }
 
 std::vector<PointConstraint> RoundContact::constraints(const Body& body, const InstrumentEdge& edge) const {
-  const MaterialSpec& m = body.spec.material;
-  const double e_star_pa = m.young_pa / (1 - m.poisson * m.poisson);
-  const double deepest_m = 0.5 * edge.ball_radius_m();
-  const double layer_m_per_pa = std::min(deepest_m, body.engines.deformation->layer_m()) / e_star_pa;
-  const bool varies = vary_in_stiffness(body.spec.regions);
+  const ContactLayer layer(body, 0.5 * edge.ball_radius_m());
   const Vec3 back_world = edge.pose().orientation * axis_tool_of(edge.shape());
   std::vector<PointConstraint> held;
   for (const SurfaceSample& s : samples_) {
@@ -78,11 +74,9 @@ std::vector<PointConstraint> RoundContact::constraints(const Body& body, const I
     c.target_world_m = s.target_world_m;
     c.normal = s.normal_world;
     c.unilateral = true;
-    c.friction = m.friction;
-    c.gives_most_m = deepest_m;
+    c.friction = body.spec.material.friction;
     c.is_ahead = s.normal_world.dot(back_world) > kAhead;
-    c.compliance_m_per_n = layer_m_per_pa / s.area_rest_m2;
-    if (varies) c.compliance_m_per_n /= stiffness_factor_at(body.spec.regions, body.mesh.rest_body_m(c.v[0]));
+    layer.put_under(c, s.area_rest_m2);
     held.push_back(c);
   }
   return held;

@@ -1,9 +1,6 @@
 // A blunt instrument with a radius presses with a ball about its tip and with its shaft, as capsules that hold samples
 // of the surface out of themselves (surface_samples.h).
-//
-// The stress beneath a contact that is smaller than the elements is not resolved, and the surface between vertices is
-// too stiff. A layer of tissue in series, as deep as a share of an element, gives way by as much; it vanishes as meshes
-// get finer. It is no deeper than half the radius, and gives way by no more: an instrument does not sink through it.
+// The layer of tissue in series (contact_layer.h) is no deeper than half the radius: an instrument does not sink through.
 #pragma once
 
 #include <optional>

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/math/intersect.h"
+#include "sim_server/world/triangle_lattice.h"
 
 namespace sectio {
 namespace {
@@ -83,20 +84,15 @@ struct Sampler {
     const double area_m2 =
         0.5 * (view.mesh.rest_body_m(v[1]) - a).cross(view.mesh.rest_body_m(v[2]) - a).norm() / (along * along);
     const Vec3 outwards = (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
-    for (int i = 0; i < along; ++i)
-      for (int j = 0; i + j < along; ++j)
-        for (const double third : {1.0 / 3, 2.0 / 3}) {  // a triangle that points up, and one that points down
-          if (third > 0.5 && i + j + 2 > along) continue;
-          SurfaceSample s;
-          s.bary.y() = (i + third) / along;
-          s.bary.z() = (j + third) / along;
-          s.bary.x() = 1 - s.bary.y() - s.bary.z();
-          s.point_world_m = s.bary.x() * c[0] + s.bary.y() * c[1] + s.bary.z() * c[2];
-          if (!push(s, outwards)) continue;
-          s.triangle = t;
-          s.area_rest_m2 = area_m2;
-          out.push_back(s);
-        }
+    for_lattice(along, [&](const Vec3& bary) {
+      SurfaceSample s;
+      s.bary = bary;
+      s.point_world_m = bary.x() * c[0] + bary.y() * c[1] + bary.z() * c[2];
+      if (!push(s, outwards)) return;
+      s.triangle = t;
+      s.area_rest_m2 = area_m2;
+      out.push_back(s);
+    });
   }
 };
 

@@ -1,6 +1,9 @@
 // A blade that leaves its cut takes tissue along, but not far; and pieces that lie in their beds are left there.
 #include <gtest/gtest.h>
 
+#include <utility>
+
+#include "tests/support/block_scene.h"
 #include "tests/support/gripper.h"
 #include "tests/support/loop_cut.h"
 
@@ -56,6 +59,66 @@ TEST_F(DraggedBlade, that_goes_back_in_its_groove_and_on_again_goes_on_with_its_
   op.tip_to(kTo_m + 0.01, 0, kStrokeDepth_m);
   EXPECT_GT(lips_end_m(), kTo_m + 0.007);
   EXPECT_EQ(op.count(EventKind::cut_refused), 0u);
+  op.expect_valid();
+}
+
+TEST(SunkBlade, deeper_than_its_edge_is_long_says_that_it_does_not_cut) {
+  Scene scene = block_scene("surface_springs");
+  scene.tools = organ_scene().tools;
+  Operation op(scene);
+  const double edge_m = op.scene.tools[0].geometry.c_tool_m.z();
+  op.place(Vec3(-0.026, 0, kBlockTop_m + 0.005));
+  op.move(Vec3(-0.026, 0, kBlockTop_m - edge_m - 0.003));
+  op.move(op.hand().position_m + Vec3(0.01, 0, 0));
+  EXPECT_GE(op.count(EventKind::did_not_cut), 1u);
+  EXPECT_EQ(text_of_last(op, EventKind::did_not_cut),
+            "all of its edge is beneath the surface, where its blunt part pushes");
+  op.expect_valid();
+}
+
+class DraggedInVolume : public testing::TestWithParam<const char*> {
+ protected:
+  static constexpr double kDepth_m = 0.008;
+  static Scene block(const std::string& model) {
+    Scene scene = block_scene(model);
+    scene.tools = organ_scene().tools;
+    return scene;
+  }
+  // A slit along x, at whose end the blade stands.
+  DraggedInVolume() : op(block(GetParam())) {
+    op.place(Vec3(kFrom_m, 0, kBlockTop_m + 0.005));
+    op.move(Vec3(kFrom_m, 0, kBlockTop_m - kDepth_m));
+    op.move(Vec3(kTo_m, 0, kBlockTop_m - kDepth_m));
+    EXPECT_EQ(op.state(), ContactState::penetration);
+    EXPECT_LT(std::abs(op.force_n().y()), 0.1) << "straight on";
+  }
+  Operation op;
+};
+INSTANTIATE_TEST_SUITE_P(Models, DraggedInVolume,
+                         testing::Values("tetra_springs", "neo_hookean", "neo_hookean_lattice"));
+
+TEST_P(DraggedInVolume, a_blade_takes_a_wall_along_which_presses_it_back) {
+  double before_n = op.force_n().y(), largest_jump_n = 0;
+  op.after_each = [&](const StepOutput& out) {
+    const double now_n = out.contacts.at(0).force_world_n.y();
+    largest_jump_n = std::max(largest_jump_n, std::abs(now_n - std::exchange(before_n, now_n)));
+  };
+  op.move(op.hand().position_m + Vec3(0, 0.004, 0), 0.01);
+  EXPECT_LT(op.force_n().y(), -0.05);
+  EXPECT_GT(op.farthest_from_rest_m(), 0.0025);
+  op.move(op.hand().position_m - Vec3(0, 0.004, 0), 0.01);
+  EXPECT_LT(std::abs(op.force_n().y()), 0.05);
+  EXPECT_LT(largest_jump_n, 0.1);
+  op.move(op.hand().position_m + Vec3(0, 0, 0.02));
+  EXPECT_EQ(op.state(), ContactState::free);
+  op.expect_valid();
+}
+
+TEST_P(DraggedInVolume, tissue_slips_off_a_blade_that_goes_far_aside_and_says_so) {
+  op.move(op.hand().position_m + Vec3(0, 0.025, 0), 0.05);
+  EXPECT_EQ(text_of_last(op, EventKind::cut_ended), "it went aside, and the tissue slipped off");
+  EXPECT_EQ(op.force_n().norm(), 0);
+  EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
   op.expect_valid();
 }
 
