@@ -9,7 +9,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kMostSnapRatio = 0.15;  // above, crumbs come off
+// Above, crumbs come off; below, elements become so small that no step is stable.
+constexpr double kLeastSnapRatio = 0.02, kMostSnapRatio = 0.15;
 
 // The models of a table that have a trait, for an error.
 std::string models_with(const EngineTraits& traits, bool ModelTraits::*trait) {
@@ -96,7 +97,7 @@ void read_cutting(KeyReader& map, CuttingSpec& c, const Allowed& allowed, const 
              "An instrument this close to the end of an earlier cut goes on with that cut.");
   map.number("groove_min_depth_m", c.groove_min_depth_m, above(0), "Shallower cuts of a surface are not made.");
   map.boolean("loops_free_islands", c.loops_free_islands, "A closed cut frees the piece of surface inside.");
-  map.number("snap_ratio", c.snap_ratio, between(0, kMostSnapRatio),
+  map.number("snap_ratio", c.snap_ratio, between(kLeastSnapRatio, kMostSnapRatio),
              "For models with a volume only: a cut this close to the end of an edge, in edges, goes through that end.");
   map.check(c.style != "semi_progressive" || allowed.volume,
             "semi_progressive cuts tetrahedra: it needs a model with a volume");

@@ -283,9 +283,14 @@ class SheetCut {
     sort_unique(crossings_);
     std::vector<VertexId> snapped;
     for (const Crossing& c : crossings_) {  // parts of edges that step 3 has split are divided more coarsely
-      const double coarse = (lasting_ >> side & 1) != 0 ? kLasting : 1;
-      const double snap = coarse * settings_.snap * std::max(1.0, mean_edge_m_ / length_m(c));
-      if (std::min(c.t, 1 - c.t) <= snap) snapped.push_back(c.t < 0.5 ? c.a : c.b);
+      const double snap = settings_.snap * std::max(1.0, mean_edge_m_ / length_m(c)), to = std::min(c.t, 1 - c.t);
+      const VertexId near = c.t < 0.5 ? c.a : c.b;
+      // A cut that ended in the skin ahead of it would open that.
+      const auto may_be_coarse = [&] {
+        return shape_.within_m2(side, volume_.vertex(near).rest_body_m) > 0 || !is_at_surface(near);
+      };
+      if (to <= snap || ((lasting_ >> side & 1) != 0 && to <= kLasting * snap && may_be_coarse()))
+        snapped.push_back(near);
     }
     sort_unique(snapped);
     const auto is_snapped = [&](VertexId v) { return std::ranges::binary_search(snapped, v); };
@@ -294,6 +299,13 @@ class SheetCut {
     const auto first = static_cast<VertexId>(volume_.vertex_count());
     split();
     for (VertexId v = first; v < volume_.vertex_count(); ++v) at(v).at_end = true;
+  }
+  bool is_at_surface(VertexId v) const {
+    return std::ranges::any_of(volume_.star(v), [&](std::uint32_t t) {
+      for (std::size_t corner = 0; corner < 4; ++corner)
+        if (volume_.tetrahedra()[t][corner] != v && volume_.across(t, corner) == kNone) return true;
+      return false;
+    });
   }
   // An edge from one end of the opening to the other has no vertex that could get a twin, and would keep it closed.
   void open_across() {

@@ -277,7 +277,7 @@ TEST_F(SceneFile, wrong_values_are_named_with_line_and_key) {
   EXPECT_NE(snap.find("cutting: snap_ratio is of tetrahedra: it needs a model with a volume"), std::string::npos)
       << snap;
   EXPECT_EQ(refusal("hysteresis: 0.5", "snap_ratio: 0.3"),
-            "s.yaml:12: bodies[0].cutting.snap_ratio: expected in [0, 0.15], got 0.3");
+            "s.yaml:12: bodies[0].cutting.snap_ratio: expected in [0.02, 0.15], got 0.3");
   EXPECT_EQ(refusal("model: surface_springs", "model: jelly"),
             "s.yaml:10: bodies[0].model: expected one of surface_springs, tetra_springs, neo_hookean, "
             "neo_hookean_lattice, auto, got jelly");
