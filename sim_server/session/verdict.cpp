@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/formatted.h"
+#include "common/math/intersect.h"
 #include "common/mesh/check.h"
 
 namespace sectio {
@@ -43,6 +44,8 @@ void judge_body(const RunFigures& figures, double step_s, const Simulation& simu
   const double kept = check(simulation.mesh(id), now).volume_m3 / surface.volume_m3;
   reasons.add_if(surface.closed && !(std::abs(kept - 1) < kVolumeChanged),
                  name + " has " + std::to_string(std::lround(100 * kept)) + " % of its volume");
+  if (const double thread_m = flung_thread_m(simulation.mesh(id), now); thread_m > 0)
+    reasons.add_if(true, formatted("a thread of %s is %.0f mm long: it was flung out", name.c_str(), 1000 * thread_m));
   if (id >= figures.last.drivers.size()) return;
   const std::uint64_t not_met = figures.last.drivers[id].steps_not_met;
   if (static_cast<double>(not_met) > kStepsNotMet * static_cast<double>(figures.steps))
@@ -56,6 +59,19 @@ void judge_body(const RunFigures& figures, double step_s, const Simulation& simu
 }
 
 }  // namespace
+
+double flung_thread_m(const TriangleMesh& mesh, std::span<const Vec3> positions_m) {
+  Box3 at_rest;
+  double longest_m = 0;
+  for (const Triangle& t : mesh.triangles()) {
+    if (!t.alive()) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      at_rest.extend(mesh.rest_body_m(t.v[i]));
+      longest_m = std::max(longest_m, (positions_m[t.v[i]] - positions_m[t.v[(i + 1) % 3]]).norm());
+    }
+  }
+  return at_rest.isEmpty() || longest_m <= at_rest.diagonal().norm() ? 0 : longest_m;
+}
 
 std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation) {
   Reasons reasons;

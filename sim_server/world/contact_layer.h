@@ -1,6 +1,6 @@
 // The stress beneath a contact that is smaller than the elements is not resolved, and the surface between vertices is
-// too stiff. A layer of tissue in series with a sample of the surface, as deep as a share of an element, gives way by as
-// much; it vanishes as meshes get finer.
+// too stiff. A layer of tissue in series with a sample of the surface, as deep as a share of an element, gives way by
+// as much; it vanishes as meshes get finer.
 #pragma once
 
 #include <algorithm>

@@ -452,7 +452,7 @@ void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   if (end == StrokeEnd::lifted) events_.push_back({EventKind::cut_ended, why_lifted_});
   if (end != StrokeEnd::through) return;
   was_clear_ = false;
-  events_.push_back({EventKind::cut_ended, "its edge has left the tissue"});
+  events_.push_back({EventKind::cut_ended, EdgeStroke::kLeft});
 }
 
 void EdgeContact::let_go() {

@@ -79,6 +79,13 @@ PointConstraint drag_end(Body& body, const StrokeStep& step, const Vec3& to_worl
   return c;
 }
 
+// The edge is out, and what it came through is cut.
+bool edge_has_left(Body& body, const InstrumentEdge& edge) {
+  if (!is_clear_of(body, edge)) return false;
+  const auto sharp_side = edge.sharp_side_world();
+  return !sharp_side || !uncut_tissue_at(body, edge, edge.tip_world_m() - kDeepEdge_m * *sharp_side);
+}
+
 // The decision for a pose of an edge that cuts where its tip goes.
 struct TipDecision {
   CutDecision leaf = CutDecision::detect_again;
@@ -218,7 +225,12 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
     if (leaf == CutDecision::cut || (leaf == CutDecision::detect_again && ahead)) {
       if (ahead || (leaf == CutDecision::cut && body.cut_traits.cuts_inside)) {
         motion.path.push_back(blade);
+        const bool is_beyond = (at_surface - from).norm() > body.cut_traits.join_tolerance_m;
         from = at_surface;
+        motion.lift = leaf == CutDecision::detect_again && is_beyond && edge_has_left(body, edge);
+        if (!motion.lift) continue;
+        outcome.why_lifted = kLeft;
+        break;
       }
     } else if (leaf == CutDecision::push_back && body.cut_traits.cuts_inside) {
       outcome.slips = motion.lift = sides_.aside_m() > most_drag_m(blade, at_surface, kMostWallDragInDepths);

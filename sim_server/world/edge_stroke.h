@@ -28,7 +28,8 @@ struct StrokeStep {
 
 class EdgeStroke {
  public:
-  static constexpr std::string_view kLifted = "it was lifted out", kAside = "it went aside, and the tissue slipped off",
+  static constexpr std::string_view kLifted = "it was lifted out", kLeft = "its edge has left the tissue",
+                                    kAside = "it went aside, and the tissue slipped off",
                                     kSunk = "all of its edge is beneath the surface, where its blunt part pushes";
 
   // The edge breaks in here, after it came so far sideways; 0: with its tip first.
@@ -36,9 +37,9 @@ class EdgeStroke {
 
   struct Outcome {
     BladeMotion motion;
-    std::vector<PointConstraint> held =
-        {};                                 // a blade that doesn't cut takes tissue along: the end of its cut, or walls
-    bool is_sunk = false;                   // what is above its edge pushes the surface, and doesn't cut
+    // A blade that doesn't cut takes tissue along: the end of its cut, or walls.
+    std::vector<PointConstraint> held = {};
+    bool is_sunk = false;                   // the blunt part above its edge pushes the surface, and doesn't cut
     bool slips = false;                     // the tissue slips off the blade, and the cut ends
     std::string_view why_lifted = kLifted;  // if the cut ends; for a person
   };

@@ -1,6 +1,6 @@
 // A blunt instrument with a radius presses with a ball about its tip and with its shaft, as capsules that hold samples
 // of the surface out of themselves (surface_samples.h).
-// The layer of tissue in series (contact_layer.h) is no deeper than half the radius: an instrument does not sink through.
+// The layer of tissue in series (contact_layer.h) is no deeper than half the radius: instruments do not sink through.
 #pragma once
 
 #include <optional>

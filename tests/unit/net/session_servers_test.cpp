@@ -15,7 +15,7 @@ TEST(SessionServers, a_session_ends_with_its_only_server) {
   EXPECT_FALSE(servers.all_ended(100)) << "it may come back";
   servers.end(kLiver);
   EXPECT_TRUE(servers.all_ended(100));
-  servers.hear(kLiver, 100);  // what was on its way
+  servers.hear(kLiver, 100);  // a late message
   EXPECT_TRUE(servers.all_ended(100));
 }
 

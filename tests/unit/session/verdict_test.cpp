@@ -55,6 +55,15 @@ TEST(Verdict, a_body_that_has_lost_a_fifth_of_its_volume_is_named) {
   EXPECT_TRUE(reasons[0].starts_with("block has ") && reasons[0].ends_with(" % of its volume")) << reasons[0];
 }
 
+TEST(Verdict, a_thread_that_is_longer_than_its_body_was_flung_out) {
+  const TriangleMesh ball(test::ellipsoid(3, Vec3::Constant(0.05)));
+  std::vector<Vec3> now;
+  for (VertexId v = 0; v < ball.vertex_slots(); ++v) now.push_back(2 * ball.rest_body_m(v));
+  EXPECT_EQ(flung_thread_m(ball, now), 0);
+  now[7] *= 4;
+  EXPECT_NEAR(flung_thread_m(ball, now), 0.3, 0.03);
+}
+
 TEST(Verdict, what_the_scene_expects_counts_once_the_run_was_whole) {
   Scene scene = test::organ_scene();
   const Simulation simulation(scene);
