@@ -21,9 +21,9 @@ struct RunResult {
 double flung_thread_m(const TriangleMesh& mesh, std::span<const Vec3> positions_m);
 
 // One line each: what isn't finite, closed or manifold; threads that were flung out; bodies that have come through each
-// other; bodies that froze; more than 10 % of mass added to a body; more than 1 % of steps that did not converge; forces
-// that were capped; cuts that were refused, unless the scene says how many it expects; and, of a run for the scene's
-// whole duration, expectations of the scene that it didn't meet. Empty when the run was well.
+// other; bodies that froze; more than 10 % of mass added to a body; more than 1 % of steps that did not converge;
+// forces that were capped; cuts that were refused, unless the scene says how many it expects; and, of a run for the
+// scene's whole duration, expectations of the scene that it didn't meet. Empty when the run was well.
 std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation);
 
 }  // namespace sectio
