@@ -3,6 +3,7 @@
 
 const HINT_MS = 2500;
 const ASTRAY = 0.1, ASTRAY_S = 1;  // share of half a picture, and a time, by which an instrument isn't at its wish
+const AT_REST = 0.01;              // a wish that moves less between two words of the program rests
 const LEAST_N = 0.02;              // tissue that presses less holds nothing up
 
 // ---- a pad ----
@@ -162,12 +163,15 @@ window.addEventListener('keydown', (event) => {
 // ---- what a hand is told ----
 
 // A server hears the bridge that spoke first. An instrument that isn't where this page wants it follows another hand,
-// or none; tissue alone may hold it up, unless another bridge leads it, too.
-let astray_since_s = null;
+// or none; tissue alone may hold it up, unless another bridge leads it, too. One bridge is behind a wish that moves.
+let astray_since_s = null, wished_before = null;
+const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
 function is_astray(tool) {
-  const is_off = tool.tip && Math.hypot(state.wish[0] - tool.tip[0], state.wish[1] - tool.tip[1]) > ASTRAY;
-  const is_free = tool.hands !== 1 || tool.force_n < LEAST_N;
-  const astray = state.wish && is_free && (is_off || !tool.present);
+  const { wish } = state;
+  const rests = wish && wished_before && apart(wish, wished_before) < AT_REST;
+  wished_before = wish ?? null;
+  const is_free = tool.hands !== 1 || (tool.force_n < LEAST_N && rests);
+  const astray = wish && is_free && (!tool.present || (tool.tip && apart(wish, tool.tip) > ASTRAY));
   astray_since_s = astray ? astray_since_s ?? now() : null;
   return astray && now() - astray_since_s > ASTRAY_S;
 }
