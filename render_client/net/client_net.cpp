@@ -85,6 +85,7 @@ void ClientNet::poll(double now_s, World& world) {
   });
   drain<ServerStatus>([&](const ServerStatus& status) {
     equality_.hear(status.epoch, status.bodies);
+    world.feed(status);
     if (!world.shows(status.epoch)) return;
     speed_ = status.speed;
     clock_.hear(now_s, client_, status);

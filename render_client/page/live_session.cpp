@@ -92,6 +92,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
         if (world_.knows(status.epoch)) heard_s_[status.epoch] = now_s;
         statuses_[status.epoch] = status;
         equality_.hear(status.epoch, status.bodies);
+        world_.feed(status);
       });
     case LiveKind::contact:
       return with<ContactMessage>(message, [&](const ContactMessage& contact) { forces_.hear(contact.model, now_s); });

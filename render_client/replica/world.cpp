@@ -192,6 +192,7 @@ bool World::frame(double now_s, Frame& frame) {
     for (const auto& server : *list) {
       server->known_s = std::min(server->known_s, now_s);
       server->hearing.look(now_s);
+      server->of_status.look(now_s);
       server->of_former.look(now_s);
     }
   for (const auto& server : servers_) give_back(*server, now_s);
@@ -213,7 +214,7 @@ void World::merge(double now_s, Frame& frame) {
     ++arrangement_;
   }
   frame.arrangement = arrangement_;
-  // Time and instruments are those of a server that speaks; one that is dead may have come further.
+  // Time and instruments are those of a server that lives; one that is dead may have come further.
   const auto is_newer = [&](const Server& server, const Server& other) {
     const bool speaks = server.speaks(now_s);
     return speaks != other.speaks(now_s) ? speaks : server.frame.sim_time_s > other.frame.sim_time_s;
@@ -294,6 +295,10 @@ std::vector<BodyVersion> World::catch_up() {
   return versions;
 }
 
+void World::feed(const ServerStatus& status) {
+  if (Server* server = find(status.epoch)) server->of_status.fresh = true;
+}
+
 bool World::has_ended(std::uint64_t epoch) const {
   const Server* server = find(epoch);
   return server && server->end;
@@ -305,7 +310,7 @@ std::string World::left_by(double now_s) const {
   for (const auto& server : servers_) {
     any_ended |= server->end.has_value();
     if (server->end) continue;
-    if (now_s - std::max(server->hearing.last_s, server->known_s) < kGone_s) return {};
+    if (now_s - server->last_word_s() < kGone_s) return {};
     for (const BodyInfo& body : server->replica.scene()->bodies) silent += (silent.empty() ? "" : ", ") + body.name;
   }
   return any_ended ? silent : std::string();

@@ -14,6 +14,7 @@
 // One thread. Knows neither DDS nor GL; time is passed in.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -42,6 +43,8 @@ class World {
   void feed(StatePiece piece);
   void feed(ScalarPiece piece);
   void feed(const SessionEnd& end);
+  // The server is there, though it may send no states, as in a pause.
+  void feed(const ServerStatus& status);
   bool knows(std::uint64_t epoch) const { return find(epoch) != nullptr; }
   // The server is one of those whose bodies are drawn; others wait for the place of one of these.
   bool shows(std::uint64_t epoch) const;
@@ -92,7 +95,8 @@ class World {
     KeyframePull pull;
     Frame frame;
     bool drawn = false;
-    double known_s = 1e300;  // since then
+    double known_s = 1e300;  // the first frame() after it was announced
+    Hearing of_status;
     Hearing hearing;
     std::optional<SessionEnd> end;
     std::uint64_t former_epoch = 0;  // epoch of the server that had the session before
@@ -100,7 +104,8 @@ class World {
 
     std::uint64_t epoch() const { return replica.scene()->epoch; }
     bool is_silent(double now_s) const { return hearing.is_silent(now_s); }
-    bool speaks(double now_s) const { return !end && !is_silent(now_s); }
+    bool speaks(double now_s) const { return !end && last_word_s() > now_s - kGone_s; }
+    double last_word_s() const { return std::max({hearing.last_s, of_status.last_s, known_s}); }
   };
   using Servers = std::vector<std::unique_ptr<Server>>;
 

@@ -69,7 +69,7 @@ void OtherServers::listen() {
     if (is_new && !known.same_world && known.body.empty() && !other->bodies.empty())
       log_limited(LogLevel::warning, "other scene",
                   "a server of another scene, with the body " + other->bodies.front().name +
-                      ", is in this session: viewers show both");
+                      ", is in this session: viewers show one of the two");
     known.same_scene = scene_alone(*other, own_.world_bodies) == scene_alone(own_, own_.world_bodies);
   }
   while (const auto header = endpoints_.take<StateHeader>()) {

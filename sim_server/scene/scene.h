@@ -42,7 +42,7 @@ struct CuttingSpec {
   double join_tolerance_m = 0.002;  // an instrument this close to the end of a cut joins it (paper B, 5.2)
   double groove_min_depth_m = 0.0003;
   bool loops_free_islands = true;  // closing a loop parts the island from the body
-  double snap_ratio = 0.08;        // volumes: a cut this close to the end of an edge goes through it; 0 to 0.15
+  double snap_ratio = 0.08;        // volumes: a cut this close to the end of an edge goes through it; 0.02 to 0.15
 };
 
 // A pressing instrument moves the vertices under it or, with "templates" (paper A), temporary particles. Particles

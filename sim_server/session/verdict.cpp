@@ -13,6 +13,7 @@ namespace {
 constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // share of the body's own mass
 constexpr double kStepsNotMet = 0.01;               // share of all steps
 constexpr double kJolt_m_per_s = 0.2;               // a residual may change speeds by so much in a step
+constexpr double kThread = 1.5, kThread_m = 0.005;  // longer than a body at rest, and than its crumbs
 constexpr double kVolumeChanged = 0.2;              // share of a body's volume at rest
 
 class Reasons {
@@ -70,7 +71,8 @@ double flung_thread_m(const TriangleMesh& mesh, std::span<const Vec3> positions_
       longest_m = std::max(longest_m, (positions_m[t.v[i]] - positions_m[t.v[(i + 1) % 3]]).norm());
     }
   }
-  return at_rest.isEmpty() || longest_m <= at_rest.diagonal().norm() ? 0 : longest_m;
+  const double flung_m = at_rest.isEmpty() ? 0 : std::max(kThread_m, kThread * at_rest.diagonal().norm());
+  return longest_m > flung_m ? longest_m : 0;
 }
 
 std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation) {

@@ -17,7 +17,7 @@ struct RunResult {
   int exit_code() const { return reasons.empty() ? 0 : kExitNotOk; }
 };
 
-// The longest edge of a surface, when it is longer than all of the body was at rest; else 0.
+// The longest edge of a surface, when it is half as long again as all of the body was at rest; else 0.
 double flung_thread_m(const TriangleMesh& mesh, std::span<const Vec3> positions_m);
 
 // One line each: what isn't finite, closed or manifold; threads that were flung out; bodies that have come through each

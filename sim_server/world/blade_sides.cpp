@@ -82,7 +82,8 @@ std::vector<PointConstraint> BladeSides::press(Body& body, const InstrumentEdge&
   std::vector<std::array<std::size_t, 2>> segments;
   flat.lines(points, segments);
   std::vector<TriangleId> near;
-  body.tree().near_segments(view, points, segments, std::max(pressed != 0 ? kDeepest_m : near_m, kSpacing_m), near);
+  body.tree().near_segments(view, points, segments,
+                            std::max(pressed != 0 ? kDeepest_m : 0, near_m) + kFree_m + kSpacing_m / 2, near);
   const ContactLayer layer(body, kGives_m);
   std::vector<PointConstraint> held;
   double deepest_m = kPresses_m;
@@ -102,7 +103,7 @@ std::vector<PointConstraint> BladeSides::press(Body& body, const InstrumentEdge&
     if (!(area_m2 > 0)) continue;
     const int side = faces > 0 ? -1 : 1;
     const Vec3 outwards = -side * flat.aside;
-    const double most_m = side == pressed ? kDeepest_m : near_m;
+    const double most_m = side == pressed ? std::max(kDeepest_m, near_m) : near_m;
     for_lattice(along, [&](const Vec3& bary) {
       const Vec3 at = bary.x() * c[0] + bary.y() * c[1] + bary.z() * c[2], from_tip = at - flat.tip_world_m;
       const double depth_m = from_tip.dot(outwards) - kFree_m;

@@ -26,7 +26,9 @@ class BladeSides {
   // (contact_layer.h). None: the edge has no flat, or is alone. Cost: triangles near the flat.
   std::vector<PointConstraint> press(Body& body, const InstrumentEdge& edge, const Vec3& way_world_m);
 
-  // The way that it has gone aside, all in all, since it lay between walls that it didn't press.
+  // The edge has cut where it is: it isn't aside.
+  void has_cut() { aside_m_ = 0; }
+  // The way that it has gone aside, all in all, since it cut, or lay between walls that it didn't press.
   double aside_m() const { return std::abs(aside_m_); }
 
   template <class A>

@@ -227,7 +227,8 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
         motion.path.push_back(blade);
         const bool is_beyond = (at_surface - from).norm() > body.cut_traits.join_tolerance_m;
         from = at_surface;
-        motion.lift = leaf == CutDecision::detect_again && is_beyond && edge_has_left(body, edge);
+        motion.lift =
+            body.cut_traits.cuts_inside && leaf == CutDecision::detect_again && is_beyond && edge_has_left(body, edge);
         if (!motion.lift) continue;
         outcome.why_lifted = kLeft;
         break;
@@ -251,6 +252,7 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
   if (!motion.path.empty())
     motion.active = swept_over(body, step.edge, step.cut.blade.value_or(motion.path.front()), motion.path);
   if (!motion.lift && body.cut_traits.cuts_inside) outcome.held = sides_.press(body, step.edge, way_world_m);
+  if (!motion.path.empty()) sides_.has_cut();
   return outcome;
 }
 

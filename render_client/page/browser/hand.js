@@ -177,9 +177,10 @@ function is_astray(tool) {
 }
 function who_leads(tool) {
   if (!is_astray(tool)) return '';
-  if (tool.hands > 0) return `Another hand moves the ${tool.name}.`;
+  if (tool.hands > 1) return `Another hand moves the ${tool.name}.`;
+  if (tool.hands > 0) return `The ${tool.name} doesn't follow this page: another device may move it.`;
   return end_s() > 0 ? 'This is a record: its instruments go their old way.'
-    : `Nothing moves the ${tool.name}: no bridge for it follows this page.`;
+    : `No bridge moves the ${tool.name} for this page.`;
 }
 
 let presses_beside = 0, hinted_ms = -Infinity, has_held = false;
@@ -189,6 +190,7 @@ function hint(me) {
   presses_beside = state.presses_beside;
   const ordered = words_of_order();
   if (ordered) return ordered;
+  if (holds() && (state.ended || mute_s !== null || !window.sectio.connected)) return '';
   if (state.speed === 0 && !state.ended) return 'The session is paused.';
   const tool = state.tools[state.held];
   if (!tool) return first_word(me);

@@ -212,7 +212,7 @@ TEST(World, time_and_instruments_are_those_of_a_server_that_speaks) {
   ASSERT_TRUE(world.frame(0, frame));
   EXPECT_EQ(frame.step, liver.source.steps());
   kidney.send_step(world);
-  ASSERT_TRUE(world.frame(World::kSilence_s + 0.1, frame));
+  ASSERT_TRUE(world.frame(World::kGone_s + 0.1, frame));
   EXPECT_EQ(frame.step, kidney.source.steps()) << "the other one is dead";
   ASSERT_EQ(frame.bodies.size(), 2u);
 }
@@ -227,7 +227,12 @@ TEST(World, is_left_by_a_server_that_has_died_when_the_others_have_ended) {
   EXPECT_EQ(world.left_by(100), "") << "both may come back";
   world.feed(liver.end());
   EXPECT_EQ(world.left_by(World::kGone_s - 0.1), "");
-  EXPECT_EQ(world.left_by(World::kGone_s + 0.1), "kidney");
+  ServerStatus paused;
+  paused.epoch = kidney.epoch;
+  world.feed(paused);
+  world.frame(5, frame);
+  EXPECT_EQ(world.left_by(World::kGone_s + 0.1), "") << "it sends no states in a pause";
+  EXPECT_EQ(world.left_by(World::kGone_s + 5.1), "kidney");
   EXPECT_FALSE(world.session_end());
   world.feed(kidney.end());
   EXPECT_EQ(world.left_by(100), "");
