@@ -114,6 +114,14 @@ TEST_P(DraggedInVolume, a_blade_takes_a_wall_along_which_presses_it_back) {
   op.expect_valid();
 }
 
+TEST_P(DraggedInVolume, a_blade_that_cuts_at_a_slant_has_not_gone_aside) {
+  op.move(op.hand().position_m + 0.02 * Vec3(std::cos(0.4), std::sin(0.4), 0));
+  op.move(op.hand().position_m - 0.001 * Vec3(std::cos(0.4), std::sin(0.4), 0));
+  EXPECT_EQ(op.state(), ContactState::penetration);
+  EXPECT_EQ(op.count(EventKind::cut_ended), 0u);
+  op.expect_valid();
+}
+
 TEST_P(DraggedInVolume, tissue_slips_off_a_blade_that_goes_far_aside_and_says_so) {
   op.move(op.hand().position_m + Vec3(0, 0.025, 0), 0.05);
   EXPECT_EQ(text_of_last(op, EventKind::cut_ended), "it went aside, and the tissue slipped off");
