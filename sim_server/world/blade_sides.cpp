@@ -12,7 +12,7 @@ namespace sectio {
 namespace {
 
 constexpr double kSpacing_m = 0.0015;   // between samples, and between the lines in which walls are looked for
-constexpr double kFree_m = 3e-4;        // a wall gives way to the blade so far
+constexpr double kFree_m = 8e-4;        // a wall gives way to the blade so far
 constexpr double kBesideFlat_m = 5e-4;  // a wall this far from the flat is beside it
 constexpr double kAtMost_m = 0.001;     // a wall that it comes to is no deeper
 constexpr double kGives_m = 0.002;      // the layer of tissue gives way by no more

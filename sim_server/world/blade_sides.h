@@ -4,9 +4,9 @@
 // Samples of the walls, fixed in the material, are held on their side of the plane of the blade. With T the tip, a the
 // unit normal of the flat, and n the normal of a wall, out of its tissue:
 //
-//   depth of a sample x:  s (T - x).a - 0.3 mm,  s = -sign(n.a)
+//   depth of a sample x:  s (T - x).a - 0.8 mm,  s = -sign(n.a)
 //
-// by which a wall gives way: the lips of a straight cut, which hang a little into the blade, are not pressed.
+// by which a wall gives way. A hand that trembles presses none.
 //
 // A wall that is deep on the wrong side is that of another slit, unless the blade presses walls that way already.
 #pragma once
@@ -26,9 +26,7 @@ class BladeSides {
   // (contact_layer.h). None: the edge has no flat, or is alone. Cost: triangles near the flat.
   std::vector<PointConstraint> press(Body& body, const InstrumentEdge& edge, const Vec3& way_world_m);
 
-  // The edge has cut where it is: it isn't aside.
-  void has_cut() { aside_m_ = 0; }
-  // The way that it has gone aside, all in all, since it cut, or lay between walls that it didn't press.
+  // The way that it has gone aside, all in all, since it lay between walls that it didn't press.
   double aside_m() const { return std::abs(aside_m_); }
 
   template <class A>

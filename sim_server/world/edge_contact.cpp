@@ -488,7 +488,7 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
 // A cut of another instrument may have made the end of this one anew.
 void EdgeContact::hold_end_again() {
   if (phase_ != Phase::cutting || constraints_.empty()) return;
-  if (body_.cut_traits.cuts_inside) return void(constraints_ = stroke_.sides().press(body_, edge_, Vec3::Zero()));
+  if (body_.cut_traits.cuts_inside) return void(constraints_ = stroke_.press_again(body_, edge_));
   const auto cut = cut_point();
   if (cut && cut->follows != kNone)
     constraints_.front().v[0] = cut->follows;

@@ -14,7 +14,8 @@ namespace {
 
 // Tissue goes along with a blade that doesn't cut, further with a deeper one, until it slips off.
 constexpr double kMostDrag_m = 0.004, kMostDragInDepths = 2, kMostWallDragInDepths = 0.5;
-constexpr double kSteep = 0.5;     // cosine to the normal from which on a blade passes through a surface
+constexpr double kGoesAside_m = 8e-4;  // a hand that trembles goes less far aside
+constexpr double kSteep = 0.5;         // cosine to the normal from which on a blade passes through a surface
 constexpr double kLeftBehind = 3;  // join tolerances: a deep blade that is further from the end of its cut has left it
 // Skin is dragged so far beyond the tip; inside of it the tip swings, in so many poses.
 constexpr double kNoWay_m = 1e-5, kDragged_m = 0.01, kInside_m = 3e-4;
@@ -79,6 +80,12 @@ PointConstraint drag_end(Body& body, const StrokeStep& step, const Vec3& to_worl
   return c;
 }
 
+// The way across the flat of the blade.
+double aside_m(const InstrumentEdge& edge, const Vec3& way_world_m) {
+  const auto sharp_side = edge.sharp_side_world();
+  return sharp_side ? std::abs(way_world_m.dot(sharp_side->cross(edge.along_world_m()).normalized())) : 0;
+}
+
 // The edge is out, and what it came through is cut.
 bool edge_has_left(Body& body, const InstrumentEdge& edge) {
   if (!is_clear_of(body, edge)) return false;
@@ -118,8 +125,9 @@ struct EdgeOnWay {
 }  // namespace
 
 BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, double sideways_m) {
-  tip_before_world_m_ = edge.tip_world_m();
+  tip_before_world_m_ = cut_at_world_m_ = edge.tip_world_m();
   drags_end_ = false;
+  goes_aside_ = false;
   sides_ = {};
   BladeMotion motion{edge.id(), {limited_blade(body, edge, point_world_m)}, false};
   if (!body.cut_traits.edge_cuts_anywhere) {
@@ -225,6 +233,9 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
     if (leaf == CutDecision::cut || (leaf == CutDecision::detect_again && ahead)) {
       if (ahead || (leaf == CutDecision::cut && body.cut_traits.cuts_inside)) {
         motion.path.push_back(blade);
+        cut_at_world_m_ = blade.tip_world_m;
+        goes_aside_ = false;
+        sides_ = {};
         const bool is_beyond = (at_surface - from).norm() > body.cut_traits.join_tolerance_m;
         from = at_surface;
         motion.lift =
@@ -234,6 +245,7 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
         break;
       }
     } else if (leaf == CutDecision::push_back && body.cut_traits.cuts_inside) {
+      goes_aside_ |= aside_m(edge, blade.tip_world_m - cut_at_world_m_) > kGoesAside_m;
       outcome.slips = motion.lift = sides_.aside_m() > most_drag_m(blade, at_surface, kMostWallDragInDepths);
       if (!outcome.slips) continue;
       outcome.why_lifted = kAside;
@@ -251,8 +263,7 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
   }
   if (!motion.path.empty())
     motion.active = swept_over(body, step.edge, step.cut.blade.value_or(motion.path.front()), motion.path);
-  if (!motion.lift && body.cut_traits.cuts_inside) outcome.held = sides_.press(body, step.edge, way_world_m);
-  if (!motion.path.empty()) sides_.has_cut();
+  if (goes_aside_ && !motion.lift) outcome.held = sides_.press(body, step.edge, way_world_m);
   return outcome;
 }
 

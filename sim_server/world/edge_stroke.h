@@ -45,13 +45,16 @@ class EdgeStroke {
   };
   Outcome follow(Body& body, const StrokeStep& step);
 
-  BladeSides& sides() { return sides_; }
+  // The walls that it presses, after a change of the topology.
+  std::vector<PointConstraint> press_again(Body& body, const InstrumentEdge& edge) {
+    return goes_aside_ ? sides_.press(body, edge, Vec3::Zero()) : std::vector<PointConstraint>{};
+  }
   CutResistance& resistance() { return resistance_; }
   const CutResistance& resistance() const { return resistance_; }
 
   template <class A>
   void archive(A& a) {
-    a(tip_before_world_m_, drags_end_, sides_, resistance_);
+    a(tip_before_world_m_, cut_at_world_m_, drags_end_, goes_aside_, sides_, resistance_);
   }
 
  private:
@@ -61,7 +64,9 @@ class EdgeStroke {
   Outcome follow_whole_edge(Body& body, const StrokeStep& step);
 
   Vec3 tip_before_world_m_ = Vec3::Zero();  // the pose before; for a cutting tip the last one at which it cut
+  Vec3 cut_at_world_m_ = Vec3::Zero();      // the tip where the whole edge has cut last
   bool drags_end_ = false;                  // it has taken the end of its cut along since then
+  bool goes_aside_ = false;                 // it has cut nothing since it began to go aside, or back
   BladeSides sides_;
   CutResistance resistance_;
 };
