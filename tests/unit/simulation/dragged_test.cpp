@@ -105,7 +105,7 @@ TEST_P(DraggedInVolume, a_blade_takes_a_wall_along_which_presses_it_back) {
   };
   op.move(op.hand().position_m + Vec3(0, 0.004, 0), 0.01);
   EXPECT_LT(op.force_n().y(), -0.05);
-  EXPECT_GT(op.farthest_from_rest_m(), 0.0025);
+  EXPECT_GT(op.farthest_from_rest_m(), 0.002) << "half of its way";
   op.move(op.hand().position_m - Vec3(0, 0.004, 0), 0.01);
   EXPECT_LT(std::abs(op.force_n().y()), 0.05);
   EXPECT_LT(largest_jump_n, 0.1);
