@@ -2,6 +2,7 @@
 // device) is drawn along a wish by a spring and damper (arm and hand), and tissue pushes it back.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "common/math/types.h"
@@ -17,6 +18,15 @@ struct HandSpec {
   double tremor_m = 1e-4;               // tremor of a simulated hand: rms of each axis, between 8 and 12 Hz
   std::uint64_t seed = 1;
 };
+
+// The hand of somebody whose wish jumps from place to place: it goes there without going past it, since all of its
+// damping works against its own motion, none against that of the wish. Critical: b = 2 sqrt(K m).
+inline HandSpec hand_without_swing() {
+  HandSpec spec;
+  spec.device_damping_n_s_per_m = 2 * std::sqrt(spec.hand_stiffness_n_per_m * spec.device_mass_kg);
+  spec.hand_damping_n_s_per_m = 0;
+  return spec;
+}
 
 inline DeviceLimits limits_of(const HandSpec& spec) {
   return {.damping_n_s_per_m = spec.device_damping_n_s_per_m, .mass_kg = spec.device_mass_kg};

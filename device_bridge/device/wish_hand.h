@@ -1,7 +1,7 @@
 // The hand of somebody who has no device: a mouse, a pad or a tracker says where the instrument should be, as often as
-// it can, and the mass of HandMass follows at 1 kHz. A wish that jumps is followed no faster than hands move. When the
-// instrument is let go, or no wish has come for kWishSilence_s, it is drawn out along its shaft with open jaws, and is
-// gone.
+// it can, and the mass of HandMass follows at 1 kHz. A wish that jumps is followed no faster than hands move, and the
+// instrument stops there: one that swung past would stab. When the instrument is let go, or no wish has come for
+// kWishSilence_s, it is drawn out along its shaft with open jaws, and is gone.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ class WishHand : public Device {
   static constexpr double kFastestTurn_rad_per_s = 20;
 
   // The source outlives the hand.
-  WishHand(WishSource& source, double fastest_m_per_s, const HandSpec& spec = {})
+  WishHand(WishSource& source, double fastest_m_per_s, const HandSpec& spec = hand_without_swing())
       : source_(source), fastest_m_per_s_(fastest_m_per_s), spec_(spec) {}
 
   DeviceLimits limits() const override { return limits_of(spec_); }
