@@ -136,6 +136,40 @@ TEST(B_JOIN, B_JOIN_2_a_loop_frees_an_island) {
   EXPECT_NEAR((a + b) / whole_m3, 1, 1e-12) << "nothing is lost";
 }
 
+// The skin that a line through the body leaves along `outward`.
+Entry entry_outward(const TriangleMesh& mesh, const Vec3& outward) {
+  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
+    const auto& v = mesh.triangle(t).v;
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k) corners.col(k) = mesh.rest_body_m(v[static_cast<std::size_t>(k)]);
+    const Vec3 weights = corners.inverse() * outward;
+    if (weights.minCoeff() >= 0) return {0, t, weights / weights.sum()};
+  }
+  return {};
+}
+
+// Around a limb: half of it came free, however shallow the ring was.
+TEST(B_JOIN, B_JOIN_2_a_ring_around_a_limb_frees_half_of_it_only_when_it_goes_through_its_neck) {
+  constexpr double kRadius_m = 0.012;
+  for (const double depth_m : {0.0015, 0.004, 0.0105}) {
+    ScalpelOnMesh limb(ellipsoid(4, Vec3(kRadius_m, kRadius_m, 0.06)));
+    const auto outward = [](int i) {
+      return Vec3(std::cos(0.03 * i + 0.2), std::sin(0.03 * i + 0.2), 1e-4).normalized();
+    };
+    std::size_t freed = 0, kept = 0;
+    limb.entries.push_back(entry_outward(limb.mesh, outward(0)));
+    for (int i = 0; i < 240; ++i) {
+      const CutPlan plan = limb.to(kRadius_m * outward(i), outward(i), depth_m);
+      freed += plan.islands.size();
+      kept += plan.kept_islands.size();
+      if (i % 20 == 0) ASSERT_EQ(limb.flaw(), "") << i;
+      if (!limb.going()) break;
+    }
+    EXPECT_EQ(freed, depth_m > 0.01 ? 1u : 0u) << depth_m;
+    EXPECT_EQ(kept, depth_m > 0.01 ? 0u : 1u) << depth_m;
+  }
+}
+
 TEST(B_JOIN, B_JOIN_2_where_the_scene_forbids_islands_the_loop_stays_in_one_piece) {
   PadUnderScalpel pad;
   pad.loops_free_islands = false;

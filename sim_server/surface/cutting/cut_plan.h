@@ -96,8 +96,9 @@ struct CutPlan {
   std::vector<StrokeOutcome> outcomes;
   std::vector<std::uint32_t> going_on;  // edges that stay in the tissue
   std::vector<Island> islands;
-  std::uint32_t refused = 0;                // cuts for which there was no valid subdivision
-  std::shared_ptr<const CutTicket> ticket;  // none: the engine has nothing to remember
+  std::vector<std::string_view> kept_islands;  // why what a loop surrounds was not freed
+  std::uint32_t refused = 0;                   // cuts for which there was no valid subdivision
+  std::shared_ptr<const CutTicket> ticket;     // none: the engine has nothing to remember
 };
 
 }  // namespace sectio

@@ -13,6 +13,7 @@ namespace sectio {
 namespace {
 
 constexpr double kLeastArea_m2 = 4e-6;     // an island's skin at rest: a crumb between two cuts stays on its ground
+constexpr double kMostOverGroove = 4;      // depths of the groove, from its bottom to the top of the island's skin
 constexpr std::size_t kMostOfCrumb = 200;  // triangles
 
 // A breadth-first search over skin.
@@ -188,6 +189,26 @@ std::optional<PartingRims> rims_around(const MeshDraft& draft, std::vector<Trian
   return rims;
 }
 
+// All at rest. The skin stands higher over the cap than the groove explains, and the neck beneath it is wide.
+bool is_too_shallow(const MeshDraft& draft, const Grooves& grooves, const BottomRim& rim,
+                    const std::vector<TriangleId>& skin) {
+  Vec3 middle = Vec3::Zero(), normal = Vec3::Zero();
+  for (const RimCorner& corner : rim) middle += draft.rest(corner.vertex) / static_cast<double>(rim.size());
+  double neck_m = 1e300, depth_m = 0, height_m = 0;
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const Vec3 arm = draft.rest(rim[i].vertex) - middle;
+    normal += arm.cross(draft.rest(rim[(i + 1) % rim.size()].vertex) - middle);
+    neck_m = std::min(neck_m, arm.norm());
+  }
+  normal.stableNormalize();
+  for (const Rung& rung : grooves.rungs)
+    if (std::ranges::find(rim, rung.bottom, &RimCorner::vertex) != rim.end())
+      depth_m = std::max(depth_m, (draft.rest(rung.lip) - draft.rest(rung.bottom)).norm());
+  for (const TriangleId t : skin)
+    for (const VertexId v : draft.triangle(t).v) height_m = std::max(height_m, (draft.rest(v) - middle).dot(normal));
+  return height_m > kMostOverGroove * depth_m && neck_m > depth_m;
+}
+
 // Gives the two sides vertices of their own along their rims, and closes each with a cap.
 class Parting {
  public:
@@ -253,18 +274,21 @@ class Parting {
 
 }  // namespace
 
-std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right) {
+LoopOutcome free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right) {
   std::vector<TriangleId> region = parted_skin(draft, left, right);
-  if (region.empty() || area_m2(draft, region) < kLeastArea_m2) return std::nullopt;
+  if (region.empty() || area_m2(draft, region) < kLeastArea_m2) return {};
+  const std::vector<TriangleId> skin = region;
   std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
   const auto rims = rims_around(draft, std::move(region), std::move(inside));
-  if (!rims) return std::nullopt;
+  if (!rims) return {{}, "the bottom of its loop is not whole"};
+  for (const BottomRim& rim : rims->of_region)
+    if (is_too_shallow(draft, grooves, rim, skin)) return {{}, "its loop is too shallow for what it surrounds"};
   Island island;
   Parting parting(draft);
   for (const BottomRim& rim : rims->of_region) parting.free(rim, island);
   for (const BottomRim& rim : rims->of_ground) parting.cover_ground(rim);
-  if (!parting.apply()) return std::nullopt;
-  return island;
+  if (!parting.apply()) return {{}, "the surface would not stay whole"};
+  return {island, {}};
 }
 
 }  // namespace sectio

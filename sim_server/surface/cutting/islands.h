@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "sim_server/surface/cutting/grooves.h"
@@ -16,10 +17,18 @@ struct Island {
   Vec3 bed_normal_world = Vec3::UnitZ();  // towards the island
 };
 
+struct LoopOutcome {
+  std::optional<Island> island;
+  std::string_view why_not;  // empty: freed, or there was nothing to be freed
+};
+
 // `left` and `right` are the halves of a vertex that a cut has just opened. The search runs from both sides at once, so
 // that its time grows with the smaller side only. A bottom that meets itself, as where a cut overruns its beginning, is
-// parted there on both sides; ground that would then be a crumb by itself goes with the island. Nothing if the skin is
-// still connected, or if the skin is but a crumb; the island then stays attached, and the surface is valid.
-std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right);
+// parted there on both sides; ground that would then be a crumb by itself goes with the island. Nothing happens if the
+// skin is still connected, or if the skin is but a crumb; it then stays attached, and the surface is valid.
+//
+// A cap says that the blade has undercut the island. It stands for ground that is about as thick as the groove is deep,
+// or for a neck that is no wider than that; a ring in the skin of a limb doesn't sever it.
+LoopOutcome free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right);
 
 }  // namespace sectio

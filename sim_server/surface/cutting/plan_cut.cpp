@@ -84,12 +84,14 @@ class Attempt {
     for (const Entry& e : entries) enter(e, strokes);
     for (Stroke& s : strokes) {
       if (const auto refusal = follow(s, motion_of(motions, s.edge_id))) return refusal;
-      for (const auto& [left, right] : s.met)
-        if (const auto island =
-                loops_free_islands_ ? free_island(draft_, plan.after.grooves, left, right) : std::nullopt) {
-          plan.islands.push_back(*island);
-          find_bottoms_again(draft_, plan.after.grooves);
-        }
+      if (!loops_free_islands_) continue;
+      for (const auto& [left, right] : s.met) {
+        const auto [island, why_not] = free_island(draft_, plan.after.grooves, left, right);
+        if (!why_not.empty()) plan.kept_islands.push_back(why_not);
+        if (!island) continue;
+        plan.islands.push_back(*island);
+        find_bottoms_again(draft_, plan.after.grooves);
+      }
     }
     if (nothing_moved(entries)) return std::nullopt;
     for (Stroke& s : plan.after.strokes)
