@@ -164,8 +164,9 @@ namespace {
 class CheckpointFiles {
  public:
   // Removes those after a step; all of them when `fresh`.
-  CheckpointFiles(std::string directory, bool fresh, std::uint64_t step, std::uint64_t most_bytes)
-      : directory_(std::move(directory)), most_bytes_(most_bytes) {
+  CheckpointFiles(std::string directory, bool fresh, std::uint64_t step, std::uint64_t most_bytes,
+                  std::uint64_t spare_bytes)
+      : directory_(std::move(directory)), most_bytes_(most_bytes), spare_bytes_(spare_bytes) {
     std::error_code error;
     if (fresh) fs::remove_all(checkpoints_path(directory_), error);
     fs::create_directories(checkpoints_path(directory_), error);
@@ -181,19 +182,27 @@ class CheckpointFiles {
   // Throws an InputError when it can't be written.
   void write(const Checkpoint& checkpoint) {
     const std::vector<std::uint8_t> bytes = to_bytes(checkpoint);
+    while (kept_.size() > kNewest && is_scarce(bytes.size())) remove_one();
     write_file(path_of(directory_, checkpoint.step), bytes, OnDisk::now);
     total_ += bytes.size() - std::exchange(kept_[checkpoint.step], bytes.size());
-    while (total_ > most_bytes_ && kept_.size() > kNewest) {
-      const auto at = kept_.find(least_needed(kept_));
-      ::unlink(path_of(directory_, at->first).c_str());
-      total_ -= at->second;
-      kept_.erase(at);
-    }
+    while (kept_.size() > kNewest && (total_ > most_bytes_ || is_scarce(0))) remove_one();
   }
 
  private:
+  bool is_scarce(std::uint64_t bytes) const {
+    std::error_code error;
+    const fs::space_info space = fs::space(checkpoints_path(directory_), error);
+    return !error && space.available < bytes + spare_bytes_;
+  }
+  void remove_one() {
+    const auto at = kept_.find(least_needed(kept_));
+    ::unlink(path_of(directory_, at->first).c_str());
+    total_ -= at->second;
+    kept_.erase(at);
+  }
+
   std::string directory_;
-  std::uint64_t most_bytes_;
+  std::uint64_t most_bytes_, spare_bytes_;
   std::map<std::uint64_t, std::uint64_t> kept_;  // sizes by step
   std::uint64_t total_ = 0;
 };
@@ -231,11 +240,10 @@ struct CheckpointWriter::State {
 };
 
 CheckpointWriter::CheckpointWriter(const std::string& directory, bool fresh, std::uint64_t step,
-                                   std::uint64_t most_bytes)
+                                   std::uint64_t most_bytes, std::uint64_t spare_bytes)
     : state_(std::make_unique<State>()) {
-  state_->thread = std::thread([&s = *state_, files = CheckpointFiles(directory, fresh, step, most_bytes)]() mutable {
-    s.run(std::move(files));
-  });
+  CheckpointFiles kept(directory, fresh, step, most_bytes, spare_bytes);
+  state_->thread = std::thread([&s = *state_, files = std::move(kept)]() mutable { s.run(std::move(files)); });
 }
 
 CheckpointWriter::~CheckpointWriter() {

@@ -1,6 +1,6 @@
 // Checkpoints: the state of a session after a step, as a file. From one of them the session goes on as if it had run
-// all steps before. DIRECTORY/checkpoints holds the newest, and of those before as many as fit into a number of bytes,
-// as evenly spread as they come.
+// all steps before. DIRECTORY/checkpoints holds the newest, and of those before as many as fit into a number of bytes
+// and leave room on the disk for a session's journals and its report, as evenly spread as they come.
 //
 // File: "SECTIOC1", the checksum of what follows (u64), and that (common/math/archive.h). It is for the same build of
 // the program alone; others, damaged ones and those of another session are passed over with a word.
@@ -43,11 +43,12 @@ void share_checkpoints(const std::string& from_directory, const std::string& to_
 // Writes checkpoints, by a thread of its own, and removes those that are too many.
 class CheckpointWriter {
  public:
-  static constexpr std::uint64_t kMostBytes = std::uint64_t{2} << 30;
+  static constexpr std::uint64_t kMostBytes = std::uint64_t{2} << 30, kSpareBytes = std::uint64_t{64} << 20;
 
   // Makes DIRECTORY/checkpoints; without it nothing is written, and take_fault() says so. `fresh`: removes what is
   // there; else what came after `step`.
-  CheckpointWriter(const std::string& directory, bool fresh, std::uint64_t step, std::uint64_t most_bytes = kMostBytes);
+  CheckpointWriter(const std::string& directory, bool fresh, std::uint64_t step, std::uint64_t most_bytes = kMostBytes,
+                   std::uint64_t spare_bytes = kSpareBytes);
   ~CheckpointWriter();
 
   // The thread has written the last one.

@@ -133,6 +133,17 @@ TEST_F(Checkpoints, few_enough_are_kept_evenly_spread) {
   }
 }
 
+// A disk that was full of checkpoints had no room for the report of the session.
+TEST_F(Checkpoints, leave_room_on_the_disk) {
+  constexpr std::uint64_t kMoreThanThereIs = std::uint64_t{1} << 60;
+  CheckpointWriter writer(directory_, true, 0, CheckpointWriter::kMostBytes, kMoreThanThereIs);
+  for (std::uint64_t step = 1; step <= 10; ++step) {
+    writer.put(some_checkpoint(step));
+    while (!writer.is_ready()) std::this_thread::yield();
+  }
+  EXPECT_EQ(kept(), (std::vector<std::uint64_t>{8, 9, 10}));
+}
+
 TEST_F(Checkpoints, a_disk_that_takes_nothing_is_told_of_once) {
   CheckpointWriter writer(directory_, true, 0);
   fs::remove_all(checkpoints_path(directory_));
