@@ -162,9 +162,10 @@ int view(ViewerOptions options) {
 
   const double interval_s = 1 / options.frames_per_s;
   double due_s = steady_now_s();
-  while (!ending.due(steady_now_s(), world)) {
+  for (;;) {
     const double sync_begun_s = steady_now_s();
     net.poll(sync_begun_s, world);
+    if (ending.due(steady_now_s(), world)) break;  // after what has come while the viewer itself was halted
     if (const bool now = net.connected(); now != connected) {
       connected = now;
       log_info(connected ? "connected to a server" : "the server has gone; waiting for it, or for another");
