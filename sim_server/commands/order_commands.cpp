@@ -1,6 +1,7 @@
 // Orders to the servers of a running session.
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/dds/network_arguments.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/net/order.h"
@@ -20,8 +21,9 @@ Vec3 gravity_of(const std::string& text) {
   Vec3 gravity;
   char rest = 0;
   if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &gravity.x(), &gravity.y(), &gravity.z(), &rest) != 3 ||
-      !gravity.allFinite())
-    throw InputError("--gravity: expected x,y,z in m/s2, got " + text);
+      !gravity.allFinite() || !(gravity.cwiseAbs().maxCoeff() <= kMostGravity_m_per_s2))
+    throw InputError(formatted("--gravity: expected x,y,z in m/s2, each from -%g to %g, got %s", kMostGravity_m_per_s2,
+                               kMostGravity_m_per_s2, text.c_str()));
   return gravity;
 }
 
@@ -42,6 +44,7 @@ void want(Arguments& arguments, OrderFlags& flags, const std::string& flag, T& v
 Arguments::Action giving(const std::shared_ptr<OrderFlags>& flags) {
   return [flags] {
     if (!flags->gravity.empty()) flags->order.gravity_m_per_s2 = gravity_of(flags->gravity);
+    if (!(flags->patience_s > 0)) throw InputError(formatted("--patience-s: expected > 0, got %g", flags->patience_s));
     check_network_options(flags->network);
     give_order(flags->network, flags->order, flags->patience_s, flags->flag);
     return 0;

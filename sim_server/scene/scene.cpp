@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "common/core/error.h"
+#include "common/messages/session.h"
 #include "sim_server/scene/body_reader.h"
 #include "sim_server/scene/mesh_import.h"
 #include "sim_server/scene/tool_reader.h"
@@ -12,8 +13,6 @@ namespace sectio {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kMostGravity_m_per_s2 = 1000;
 
 // Adds what was read; no two may have the same name.
 template <class Named>

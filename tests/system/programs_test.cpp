@@ -100,6 +100,8 @@ TEST_F(Programs, a_scene_that_will_not_do_is_one_line_with_file_line_and_key) {
 
 TEST_F(Programs, C_EXP_3_a_running_session_is_tilted_and_its_journal_knows) {
   expect_bad_input("sim_server", {"tilt", "--gravity", "down"}, "--gravity", "expected x,y,z");
+  expect_bad_input("sim_server", {"tilt", "--gravity", "0,0,-1000"}, "--gravity", "each from -100 to 100");
+  expect_bad_input("sim_server", {"pause", "--patience-s", "0"}, "--patience-s", "expected > 0");
   const auto server = free_server({"--endless", "--export", file("out")});
   ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
   const auto tilt = program("sim_server", {"tilt", "--gravity", "4,0,-9", "--domain", std::to_string(network.domain),
