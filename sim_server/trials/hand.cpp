@@ -20,6 +20,7 @@ constexpr double kPause_s = 1;
 constexpr double kLeastSaw_m = 0.003, kMostSaw_m = 0.008;
 constexpr std::size_t kMoments = 400;                    // moments at which a trace is looked at
 constexpr int kEdgeParts = 4;                            // parts into which a cutting edge is divided
+constexpr double kLeans = 0.3;                           // cosine to the vertical of one that is lifted along itself
 constexpr double kLeastLift_m = 0.02, kClear_m = 0.005;  // at least; above all bodies
 
 // Each use of a seed has numbers of its own, so that one property of a hand leaves the others as they are.
@@ -139,7 +140,8 @@ void lift(Scene& scene, const Hand& hand, std::uint64_t seed) {
     const double resume_s = time_behind(lead, at_s, behind.between(0, hand.back_m));
     delay_all(scene, at_s, kLiftTakes_s + at_s - resume_s, [&](const ToolSpec& tool) {
       const double tip_m = pose_at(tool.trace, at_s).to_world(tool.geometry.a_tool_m).z();
-      return lifted(tool.trace, at_s, std::max(kLeastLift_m, top_m + kClear_m - tip_m), resume_s);
+      const Vec3 axis_tool = (tool.geometry.b_tool_m - tool.geometry.a_tool_m).stableNormalized();
+      return lifted(tool.trace, at_s, std::max(kLeastLift_m, top_m + kClear_m - tip_m), resume_s, axis_tool);
     });
   });
 }
@@ -245,21 +247,24 @@ Trace trembling(const Trace& trace, double rms_m, std::uint64_t seed) {
   }
 }
 
-Trace lifted(const Trace& trace, double at_s, double up_m, double resume_s) {
-  const Vec3 up(0, 0, up_m);
+Trace lifted(const Trace& trace, double at_s, double up_m, double resume_s, const Vec3& axis_tool) {
+  const auto up = [&](const Pose& pose) -> Vec3 {
+    const Vec3 axis = pose.orientation * axis_tool;
+    return axis.z() > kLeans ? Vec3(up_m / axis.z() * axis) : Vec3(0, 0, up_m);
+  };
   TracePoint left = point_at(trace, at_s), down = point_at(trace, resume_s);
   left.time_s = at_s;
   Trace result;
   for (const TracePoint& p : trace)
     if (p.time_s < at_s) result.push_back(p);
   result.push_back(left);
-  left.pose_world.position_m += up;
+  left.pose_world.position_m += up(left.pose_world);
   left.time_s = at_s + kRise_s;
   result.push_back(left);
-  down.pose_world.position_m += up;
+  down.pose_world.position_m += up(down.pose_world);
   down.time_s = left.time_s + kAloft_s;
   result.push_back(down);
-  down.pose_world.position_m -= up;
+  down.pose_world.position_m -= up(down.pose_world);
   down.time_s = at_s + kLiftTakes_s;
   result.push_back(down);
   for (const TracePoint& p : trace)

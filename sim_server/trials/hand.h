@@ -45,10 +45,11 @@ Trace sawing(const Trace& trace, double at_s, double back_s);
 // square. Sampled every 5 ms.
 Trace trembling(const Trace& trace, double rms_m, std::uint64_t seed);
 
-// Is lifted at_s along the world's z by up_m, and put down again where it was at resume_s (before at_s: the path
-// between is passed again); then it goes on. All of that takes kLiftTakes_s more.
+// Is lifted at_s by up_m, out of its slit along its axis (unit, to the handle; up, unless it lies flat), and put down
+// again likewise where it was at resume_s (before at_s: the path between is passed again); then it goes on. All of that
+// takes kLiftTakes_s more.
 constexpr double kLiftTakes_s = 1.6;
-Trace lifted(const Trace& trace, double at_s, double up_m, double resume_s);
+Trace lifted(const Trace& trace, double at_s, double up_m, double resume_s, const Vec3& axis_tool = Vec3::UnitZ());
 
 // The time at which a fraction of the path is behind; of a trace that stays in place, its beginning. The path is what
 // lies between neighbours that count, or all of it when there are none. `counts`: one a point; empty: all count.

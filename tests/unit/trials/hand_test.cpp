@@ -61,6 +61,21 @@ TEST(Hand, a_lift_leaves_and_comes_back_from_above) {
   for (std::size_t i = 1; i < trace.size(); ++i) EXPECT_GT(trace[i].time_s, trace[i - 1].time_s);
 }
 
+TEST(Hand, a_leaning_blade_is_drawn_out_of_its_slit) {
+  Trace leaning = stroke();
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Vec3::UnitX()));
+  for (TracePoint& p : leaning) p.pose_world.orientation = turn;
+  const Vec3 axis = turn * Vec3::UnitZ();
+  const Trace trace = lifted(leaning, 2, 0.04, 2);
+  double highest_m = 0;
+  for (double t = 2; t < 2 + kLiftTakes_s; t += 0.01) {
+    const Vec3 way = place(trace, t) - place(leaning, 2);
+    highest_m = std::max(highest_m, way.z());
+    EXPECT_LT(way.cross(axis).norm(), 1e-12) << t;
+  }
+  EXPECT_NEAR(highest_m, 0.04, 1e-9);
+}
+
 TEST(Hand, tremor_has_its_root_mean_square_between_8_and_12_hz) {
   Trace still = {stroke().front(), stroke().front()};
   still[1].time_s = 60;
