@@ -61,11 +61,11 @@ class Network {
 class Bridges {
  public:
   Bridges(TetTopology& volume, const HeightOverCut& height_m, double side_m, std::span<const std::uint32_t> begin)
-      : volume_(volume), side_m_(side_m) {
-    for (const std::uint32_t t : begin) add(t, height_m);
+      : volume_(volume), height_m_(height_m), side_m_(side_m) {
+    for (const std::uint32_t t : begin) add(t);
     for (std::size_t k = 0; k < around_.size(); ++k)
       for (std::size_t corner = 0; corner < 4; ++corner)
-        if (const std::uint32_t u = volume_.across(around_[k], corner); u != kNone) add(u, height_m);
+        if (const std::uint32_t u = volume_.across(around_[k], corner); u != kNone) add(u);
   }
 
   void part_sides() {
@@ -75,7 +75,7 @@ class Bridges {
       if (side_[k] != 0) network.join(k, side_[k] > 0 ? source : sink, std::numeric_limits<double>::infinity());
       for (std::size_t corner = 0; corner < 4; ++corner) {
         const auto beyond = number_.find(volume_.across(around_[k], corner));
-        if (beyond == number_.end() || beyond->second < k || !may_part(k, beyond->second)) continue;
+        if (beyond == number_.end() || beyond->second < k || !may_part(k, corner, beyond->second)) continue;
         const Tetrahedron& v = volume_.tetrahedra()[around_[k]];
         const auto& [a, b, c] = kTetFaces[corner];
         network.join(k, beyond->second, volume_.face_m2(v[a], v[b], v[c]));
@@ -88,7 +88,7 @@ class Bridges {
     std::vector<VertexId> vertices;
     for (const std::uint32_t t : around_)
       for (std::size_t corner = 0; corner < 4; ++corner)
-        if (const std::uint32_t u = volume_.across(t, corner); u != kNone && is_bridge(t, u))
+        if (const std::uint32_t u = volume_.across(t, corner); u != kNone && is_bridge(t, corner, u))
           for (std::size_t k = 0; k < 4; ++k)
             if (k != corner) vertices.push_back(volume_.tetrahedra()[t][k]);
     sort_unique(vertices);
@@ -102,22 +102,29 @@ class Bridges {
   }
 
  private:
-  void add(std::uint32_t t, const HeightOverCut& height_m) {
+  void add(std::uint32_t t) {
     if (number_.contains(t)) return;
     Vec3 middle = Vec3::Zero();
     for (const VertexId v : volume_.tetrahedra()[t]) middle += 0.25 * volume_.vertex(v).rest_body_m;
-    const std::optional<double> height = height_m(middle);
+    const std::optional<double> height = height_m_(middle);
     if (!height) return;
     number_[t] = static_cast<std::uint32_t>(around_.size());
     around_.push_back(t);
     side_.push_back(*height > side_m_ ? 1 : *height < -side_m_ ? -1 : 0);
   }
-  // Two tetrahedra that lie far from the surface, on its two sides, and share a face do so beyond its outline.
-  bool may_part(std::uint32_t k, std::uint32_t l) const { return side_[k] == 0 || side_[l] == 0; }
-  bool is_bridge(std::uint32_t t, std::uint32_t u) const {
+  // Two tetrahedra that lie far from the surface, on its two sides, and share a face do so beyond its outline. So do
+  // those that reach beneath the blade with a face that lies there.
+  bool may_part(std::uint32_t k, std::size_t corner, std::uint32_t l) const {
+    if (side_[k] != 0 && side_[l] != 0) return false;
+    Vec3 middle = Vec3::Zero();
+    for (const std::size_t i : kTetFaces[corner])
+      middle += volume_.vertex(volume_.tetrahedra()[around_[k]][i]).rest_body_m / 3;
+    return height_m_(middle).has_value();
+  }
+  bool is_bridge(std::uint32_t t, std::size_t corner, std::uint32_t u) const {
     const auto at = number_.find(t), beyond = number_.find(u);
     return at != number_.end() && beyond != number_.end() && is_above_[at->second] != is_above_[beyond->second] &&
-           may_part(at->second, beyond->second);
+           may_part(at->second, corner, beyond->second);
   }
   // The components of the tetrahedra at v, connected through faces that stay closed; without that of the first.
   std::vector<std::vector<std::uint32_t>> further_components(VertexId v) const {
@@ -130,7 +137,7 @@ class Bridges {
         for (std::size_t corner = 0; corner < 4; ++corner) {
           const std::uint32_t u = shared_across(component[k], corner, v);
           const auto found = std::ranges::find(left, u);
-          if (u == kNone || found == left.end() || is_bridge(component[k], u)) continue;
+          if (u == kNone || found == left.end() || is_bridge(component[k], corner, u)) continue;
           component.push_back(u);
           left.erase(found);
         }
@@ -145,6 +152,7 @@ class Bridges {
   }
 
   TetTopology& volume_;
+  const HeightOverCut& height_m_;
   std::vector<std::uint32_t> around_;
   double side_m_;
   std::vector<int> side_;       // 1 or -1: far from the surface, for certain on this side of it
