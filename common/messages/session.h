@@ -146,8 +146,6 @@ constexpr bool is_frozen(std::uint32_t frozen_tools, std::size_t tool_id) {
   return (frozen_tools >> tool_id & 1) != 0;
 }
 
-constexpr double kMostGravity_m_per_s2 = 100;  // in each direction
-
 constexpr double kSlowest = 0.01, kFastest = 10;  // speed of a session
 
 enum class OrderKind : std::uint8_t {

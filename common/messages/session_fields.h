@@ -1,6 +1,7 @@
 // The fields of the messages of session.h, in the order of the wire (fields.h).
 #pragma once
 
+#include "common/core/most_gravity.h"
 #include "common/messages/fields.h"
 #include "common/messages/session.h"
 

@@ -2,6 +2,7 @@
 
 #include "common/core/error.h"
 #include "common/core/formatted.h"
+#include "common/core/most_gravity.h"
 #include "common/dds/network_arguments.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/net/order.h"

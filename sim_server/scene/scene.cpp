@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "common/core/error.h"
-#include "common/messages/session.h"
+#include "common/core/most_gravity.h"
 #include "sim_server/scene/body_reader.h"
 #include "sim_server/scene/mesh_import.h"
 #include "sim_server/scene/tool_reader.h"
