@@ -119,8 +119,9 @@ inline std::string about_freed(double ml) {
 
 // make_scene() leaves a scene of that seed in the directory, and returns a line for a person.
 using MakeScene = std::function<std::string(std::uint64_t seed, const std::string& directory)>;
-inline void play(const MakeScene& make_scene, std::uint64_t bodies = 4) {
-  const std::uint64_t first = number_from("SECTIO_FRESH_SEED", 1), count = number_from("SECTIO_FRESH_BODIES", bodies);
+inline void play(const MakeScene& make_scene, std::uint64_t bodies = 4, std::uint64_t first_seed = 1) {
+  const std::uint64_t first = number_from("SECTIO_FRESH_SEED", first_seed),
+                      count = number_from("SECTIO_FRESH_BODIES", bodies);
   std::uint64_t good = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
