@@ -258,8 +258,8 @@ int run(Options& o) {
     log_error("--tool-id " + std::to_string(o.tool_id) + ": the scene has no such tool: nothing was moved");
     return 1;
   }
-  const double heard_for_s = 1e-9 * static_cast<double>(timing.period_ns) * static_cast<double>(writer.written());
-  if (net.met_a_server() && !net.session_paused() && !writer.was_answered() && heard_for_s > kToBeAnswered_s) {
+  const bool was_unheard = told_unheard || steady_now_s() - speaks_since_s > kToBeAnswered_s;
+  if (net.met_a_server() && !net.session_paused() && !writer.was_answered() && was_unheard) {
     log_error(kUnheard);
     return 1;
   }
