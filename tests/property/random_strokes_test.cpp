@@ -135,7 +135,7 @@ TEST_P(RandomStrokes, leave_a_closed_manifold) {
 TEST_P(RandomStrokes, leave_a_closed_manifold_when_slivers_are_mended_after_each) {
   const Storm sum = storm(GetParam().soup, 101, kStrokesPerSeed, GetParam().step_m, true);
   std::printf("%u strokes, %u refused, mended %u times\n", sum.strokes, sum.refused, sum.mends);
-  EXPECT_GT(sum.mends, sum.strokes / 10);
+  EXPECT_GT(sum.mends, 0u) << "no stroke left a sliver: nothing was tried";
   EXPECT_LT(sum.refused, sum.strokes / 5 + 1) << "refusals are for the exception";
 }
 
