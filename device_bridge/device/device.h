@@ -5,6 +5,8 @@
 
 namespace sectio {
 
+constexpr double kHandDamping_n_s_per_m = 1;  // a hand that holds a device adds this; people have 2 to 5
+
 // Limits of a device, which bound all that its hand may feel, whatever a server sends.
 struct DeviceLimits {
   double damping_n_s_per_m = 0.5;  // damping of the device when no hand holds it

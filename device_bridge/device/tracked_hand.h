@@ -12,7 +12,7 @@ namespace sectio {
 class TrackedHand : public WishedHand {
  public:
   TrackedHand(std::unique_ptr<Handle> handle, const Workspace& workspace, double fastest_m_per_s)
-      : WishedHand(fastest_m_per_s), handle_(std::move(handle)), map_(workspace) {}
+      : WishedHand(fastest_m_per_s, hand_without_lag()), handle_(std::move(handle)), map_(workspace) {}
 
   Pose pose_world(double now_s) override;
 

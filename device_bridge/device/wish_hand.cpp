@@ -36,6 +36,7 @@ void WishHand::hear(const HandWish& wish, double now_s) {
 void WishHand::leave() {
   if (leaves_) return;
   leaves_ = true;
+  followed_.position_m = mass_.position_m();  // not on to where it was wanted
   target_ = followed_;
   target_.position_m += followed_.orientation * Vec3(0, 0, kAway_m);
   target_.opening_rad = std::max(followed_.opening_rad, kOpen_rad);

@@ -8,7 +8,8 @@ namespace sectio {
 
 class WishedHand : public Device {
  public:
-  explicit WishedHand(double fastest_m_per_s) : hand_(wish_, fastest_m_per_s) {}
+  explicit WishedHand(double fastest_m_per_s, const HandSpec& spec = hand_without_swing())
+      : hand_(wish_, fastest_m_per_s, spec) {}
 
   DeviceLimits limits() const override { return hand_.limits(); }
   double opening_rad(double now_s) const override { return hand_.opening_rad(now_s); }

@@ -34,8 +34,7 @@ class ContactModelFollower {
  public:
   static constexpr double kDecay_s = 0.1;
   static constexpr double kSilence_s = 0.1;
-  static constexpr double kReturn_s = 0.08;            // in which the force comes back after a silence
-  static constexpr double kHandDamping_n_s_per_m = 1;  // every hand that holds a device adds this: people have 2 to 5
+  static constexpr double kReturn_s = 0.08;  // in which the force comes back after a silence
 
   explicit ContactModelFollower(const DeviceLimits& device) : device_(device) {}
 

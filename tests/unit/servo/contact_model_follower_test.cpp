@@ -137,7 +137,7 @@ TEST(ContactModelFollower, a_response_is_scaled_to_what_the_device_can_do) {
     Followed loop(device);
     loop.live(stiff, 5);
     const ContactModel& m = *loop.follower.model();
-    const double damping = device.damping_n_s_per_m + ContactModelFollower::kHandDamping_n_s_per_m;
+    const double damping = device.damping_n_s_per_m + kHandDamping_n_s_per_m;
     EXPECT_LE(m.stiffness_n_per_m * 0.0005 + m.damping_n_s_per_m, damping);
     EXPECT_LT(m.mass_kg, device.mass_kg);
     EXPECT_LE(m.side_stiffness_n_per_m, loop.follower.stiffest_n_per_m(damping));
@@ -174,7 +174,7 @@ TEST(ContactModelFollower, gives_no_energy_to_a_device_behind_any_wire) {
       for (const double wrong : {0.85, 1.15})
         for (const int delay_ticks : {1, 25, 50, 200, 400}) {
           Followed loop(device);
-          const double damping = device.damping_n_s_per_m + ContactModelFollower::kHandDamping_n_s_per_m;
+          const double damping = device.damping_n_s_per_m + kHandDamping_n_s_per_m;
           std::vector<double> depths_m;
           double depth_m = kPush_n / stiffness_n_per_m, speed_m_per_s = kKnock_m_per_s, most_m_per_s = 0;
           constexpr int kTicks = 10000;

@@ -125,8 +125,10 @@ class Mouse : public WishSource {
 
 struct WishHandTest : testing::Test {
   Mouse mouse;
-  WishHand hand{mouse, 5};
+  WishHand hand;
   double now_s = 0;
+
+  explicit WishHandTest(const HandSpec& spec = hand_without_swing()) : hand(mouse, 5, spec) {}
 
   // The fastest motion between two ticks.
   double run(double time_s) {
@@ -139,6 +141,10 @@ struct WishHandTest : testing::Test {
     }
     return fastest_m_per_s;
   }
+};
+
+struct TrackerHandTest : WishHandTest {
+  TrackerHandTest() : WishHandTest(hand_without_lag()) {}
 };
 
 TEST_F(WishHandTest, appears_where_it_is_wanted_and_follows) {
@@ -177,6 +183,47 @@ TEST_F(WishHandTest, stops_where_it_is_wanted) {
     EXPECT_NEAR(hand.pose_world(now_s).position_m.x(), to_m, 1e-4);
     from_m = to_m;
   }
+}
+
+TEST_F(WishHandTest, goes_straight_out_when_it_is_let_go_in_motion) {
+  mouse.wish(Vec3::Zero());
+  run(0.01);
+  for (int i = 1; i <= 200; ++i) {
+    mouse.wish(Vec3(0.0005 * i, 0, 0));
+    run(0.001);
+  }
+  const double there_m = hand.pose_world(now_s).position_m.x();
+  mouse.wish(Vec3::Zero(), false);
+  double aside_m = 0;
+  while (hand.present()) {
+    run(0.001);
+    aside_m = std::max(aside_m, hand.pose_world(now_s).position_m.x() - there_m);
+  }
+  EXPECT_LT(aside_m, 0.004) << "0.5 m/s, and half of its damping's time constant";
+}
+
+// A position that came later than its orientation would put the tip elsewhere.
+TEST_F(TrackerHandTest, follows_without_a_lag_and_hardly_swings) {
+  mouse.wish(Vec3::Zero());
+  run(0.01);
+  for (int i = 1; i <= 500; ++i) {
+    mouse.wish(Vec3(0.0003 * i, 0, 0));
+    run(0.001);
+    ASSERT_TRUE(i < 100 || std::abs(hand.pose_world(now_s).position_m.x() - 0.0003 * i) < 1e-3) << i << " ms";
+  }
+  run(0.5);
+  mouse.wish(Vec3(0.16, 0, 0));
+  double past_m = 0;
+  for (int i = 0; i < 300; ++i) {
+    run(0.001);
+    past_m = std::max(past_m, hand.pose_world(now_s).position_m.x() - 0.16);
+  }
+  EXPECT_LT(past_m, 0.2 * 0.01);
+}
+
+TEST_F(WishHandTest, lends_a_force_no_damping_that_it_has_not) {
+  EXPECT_NEAR(hand.limits().damping_n_s_per_m + kHandDamping_n_s_per_m, 13.4, 0.1);
+  EXPECT_NEAR(limits_of(HandSpec{}).damping_n_s_per_m, 0.5, 1e-12);
 }
 
 TEST_F(WishHandTest, gives_way_to_a_force) {
