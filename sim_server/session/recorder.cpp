@@ -143,6 +143,8 @@ void Recorder::add(const StepOutput& output, double step_wall_time_s) {
   s.outcome.add(output);
   s.gather(output, step_wall_time_s);
   for (const std::string& text : s.blades.add(output)) warn(text);
+  for (const Event& e : output.events)
+    if (e.kind == EventKind::island_kept) warn(e.text);
 }
 
 void Recorder::State::keep_journal(const StepOutput& output) {

@@ -17,9 +17,9 @@ void cut_body(SimulatedWorld& world, StepContext& context, std::uint32_t b) {
   if (!accepted) return;
   for (std::size_t i = 0; i < plan.islands.size(); ++i)
     context.emit(EventKind::island_freed, b, 0, "a piece of " + body.spec.name + " is free");
-  for (const std::string_view why_not : plan.kept_islands)
-    context.emit(EventKind::did_not_cut, b, 0,
-                 "a piece of " + body.spec.name + " is not free: " + std::string(why_not));
+  for (const auto& [edge_id, why] : plan.kept_islands)
+    context.emit(EventKind::island_kept, b, world.edges[edge_id].tool_id,
+                 "a piece of " + body.spec.name + " is not free: " + std::string(why));
 }
 
 }  // namespace

@@ -68,6 +68,8 @@ const char* to_string(EventKind kind) {
       return "instrument thawed";
     case EventKind::order_refused:
       return "order refused";
+    case EventKind::island_kept:
+      return "island kept";
     case EventKind::recording_stopped:
       return "recording stopped";
   }

@@ -82,6 +82,7 @@ enum class EventKind : std::uint8_t {
   instrument_frozen,  // by an order: it stays where it is, whatever its hand does
   instrument_thawed,  // by an order: it is taken out, and follows its hand again
   order_refused,      // nothing has changed; the text has the order's name, and why
+  island_kept,        // a loop was closed, and freed nothing; the text says why
 };
 const char* to_string(EventKind kind);
 

@@ -170,6 +170,57 @@ TEST(B_JOIN, B_JOIN_2_a_ring_around_a_limb_frees_half_of_it_only_when_it_goes_th
   }
 }
 
+// Between two rings that are each too shallow lies a band that is thin along the limb, and as thick as the limb.
+TEST(B_JOIN, B_JOIN_2_two_rings_around_a_limb_free_no_slice_of_it) {
+  constexpr double kRadius_m = 0.012;
+  for (const double apart_m : {0.003, 0.006, 0.012}) {
+    ScalpelOnMesh limb(ellipsoid(4, Vec3(kRadius_m, kRadius_m, 0.06)));
+    std::size_t freed = 0, kept = 0;
+    for (const double z_m : {1e-6, apart_m}) {
+      const auto place_m = [&](int i) {
+        return Vec3(kRadius_m * std::cos(0.03 * i + 0.2), kRadius_m * std::sin(0.03 * i + 0.2), z_m);
+      };
+      const auto outward = [&](int i) { return Vec3(place_m(i).x(), place_m(i).y(), 0).normalized(); };
+      limb.entries.push_back(entry_outward(limb.mesh, place_m(0)));
+      for (int i = 0; i < 240; ++i) {
+        const CutPlan plan = limb.to(place_m(i), outward(i), 0.0015);
+        freed += plan.islands.size();
+        kept += plan.kept_islands.size();
+        if (!limb.going()) break;
+      }
+      if (limb.going()) limb.lift();
+    }
+    EXPECT_EQ(freed, 0u) << apart_m;
+    EXPECT_EQ(kept, 2u) << apart_m;
+    EXPECT_EQ(limb.flaw(), "");
+  }
+}
+
+// Nine of ten triangles lie inside: the search ends with the ground, which is high.
+TEST(B_JOIN, B_JOIN_2_a_loop_frees_an_island_however_fine_its_mesh_is) {
+  TriangleSoup lens = ellipsoid(5, Vec3::Ones());
+  for (Vec3& x : lens.vertices_body_m) {
+    const double from_pole = std::acos(std::clamp(x.z(), -1.0, 1.0)) / M_PI, angle = M_PI * std::pow(from_pole, 4);
+    const Vec3 level = Vec3(x.x(), x.y(), 0).stableNormalized();
+    x = Vec3(0.024 * std::sin(angle) * level.x(), 0.024 * std::sin(angle) * level.y(), 0.01 * std::cos(angle));
+  }
+  ScalpelOnMesh body(lens);
+  constexpr double kAround_m = 0.012;
+  const auto place_m = [&](int i) {
+    return Vec3(kAround_m * std::cos(0.05 * i), kAround_m * std::sin(0.05 * i), 0.01 * std::sqrt(0.75));
+  };
+  std::size_t freed = 0, kept = 0;
+  body.entries.push_back(entry_outward(body.mesh, place_m(0)));
+  for (int i = 0; i < 150 && (i == 0 || body.going()); ++i) {
+    const CutPlan plan = body.to(place_m(i), Vec3::UnitZ(), 0.002);
+    freed += plan.islands.size();
+    kept += plan.kept_islands.size();
+  }
+  EXPECT_EQ(freed, 1u);
+  EXPECT_EQ(kept, 0u);
+  EXPECT_EQ(body.flaw(), "");
+}
+
 TEST(B_JOIN, B_JOIN_2_where_the_scene_forbids_islands_the_loop_stays_in_one_piece) {
   PadUnderScalpel pad;
   pad.loops_free_islands = false;

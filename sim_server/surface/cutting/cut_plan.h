@@ -84,6 +84,12 @@ struct StrokeOutcome {
   std::string_view why = {};  // reason of a refusal, for a person
 };
 
+// A loop that was closed, and freed nothing.
+struct KeptIsland {
+  std::uint32_t edge_id = 0;
+  std::string_view why;  // for a person
+};
+
 // The state of an engine after a plan. The engine gets it back when the plan has been accepted; nobody else knows what
 // is in it.
 struct CutTicket {
@@ -96,9 +102,9 @@ struct CutPlan {
   std::vector<StrokeOutcome> outcomes;
   std::vector<std::uint32_t> going_on;  // edges that stay in the tissue
   std::vector<Island> islands;
-  std::vector<std::string_view> kept_islands;  // why what a loop surrounds was not freed
-  std::uint32_t refused = 0;                   // cuts for which there was no valid subdivision
-  std::shared_ptr<const CutTicket> ticket;     // none: the engine has nothing to remember
+  std::vector<KeptIsland> kept_islands;
+  std::uint32_t refused = 0;                // cuts for which there was no valid subdivision
+  std::shared_ptr<const CutTicket> ticket;  // none: the engine has nothing to remember
 };
 
 }  // namespace sectio

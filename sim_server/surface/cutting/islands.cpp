@@ -13,12 +13,13 @@ namespace sectio {
 namespace {
 
 constexpr double kLeastArea_m2 = 4e-6;     // an island's skin at rest: a crumb between two cuts stays on its ground
-constexpr double kMostOverGroove = 4;      // depths of the groove, from its bottom to the top of the island's skin
+constexpr double kMostOverGroove = 4;      // depths of the groove, from its bottom to the top of an island's skin
 constexpr std::size_t kMostOfCrumb = 200;  // triangles
 
 // A breadth-first search over skin.
 class SkinSearch {
  public:
+  explicit SkinSearch(const MeshDraft& draft) : draft_(draft) {}
   SkinSearch(const MeshDraft& draft, VertexId from) : draft_(draft) {
     for (const TriangleId t : draft.fan(from))
       if (draft.triangle(t).surface == Surface::skin && seen_.insert(t).second) order_.push_back(t);
@@ -57,6 +58,13 @@ std::vector<TriangleId> parted_skin(const MeshDraft& draft, VertexId left, Verte
   for (const TriangleId t : done.triangles())
     if (other.contains(t)) return {};
   return done.triangles();
+}
+
+std::vector<TriangleId> all_skin_from(const MeshDraft& draft, VertexId from) {
+  SkinSearch search(draft, from);
+  const SkinSearch none(draft);
+  while (!search.exhausted()) search.expand(none);
+  return search.triangles();
 }
 
 double area_m2(const MeshDraft& draft, const std::vector<TriangleId>& region) {
@@ -189,24 +197,61 @@ std::optional<PartingRims> rims_around(const MeshDraft& draft, std::vector<Trian
   return rims;
 }
 
-// All at rest. The skin stands higher over the cap than the groove explains, and the neck beneath it is wide.
-bool is_too_shallow(const MeshDraft& draft, const Grooves& grooves, const BottomRim& rim,
-                    const std::vector<TriangleId>& skin) {
-  Vec3 middle = Vec3::Zero(), normal = Vec3::Zero();
-  for (const RimCorner& corner : rim) middle += draft.rest(corner.vertex) / static_cast<double>(rim.size());
-  double neck_m = 1e300, depth_m = 0, height_m = 0;
+// Of one side of a parting, at rest.
+struct Neck {
+  Vec3 middle_m = Vec3::Zero(), normal = Vec3::Zero();  // unit, towards that side
+  double radius_m = 0, depth_m = 0;                     // twice the area over the perimeter; mean, of the groove
+
+  bool is_wide() const { return radius_m > depth_m; }
+};
+
+Neck neck_at(const MeshDraft& draft, const Grooves& grooves, const BottomRim& rim) {
+  Neck neck;
+  double perimeter_m = 0, rungs = 0;
+  const auto at = [&](std::size_t i) { return draft.rest(rim[i % rim.size()].vertex); };
   for (std::size_t i = 0; i < rim.size(); ++i) {
-    const Vec3 arm = draft.rest(rim[i].vertex) - middle;
-    normal += arm.cross(draft.rest(rim[(i + 1) % rim.size()].vertex) - middle);
-    neck_m = std::min(neck_m, arm.norm());
+    const double length_m = (at(i + 1) - at(i)).norm();
+    neck.middle_m += 0.5 * length_m * (at(i) + at(i + 1));
+    perimeter_m += length_m;
   }
-  normal.stableNormalize();
+  neck.middle_m /= perimeter_m;
+  Vec3 area_m2 = Vec3::Zero();
+  for (std::size_t i = 0; i < rim.size(); ++i)
+    area_m2 += 0.5 * (at(i) - neck.middle_m).cross(at(i + 1) - neck.middle_m);
+  neck.normal = area_m2.stableNormalized();
+  neck.radius_m = 2 * area_m2.norm() / perimeter_m;
   for (const Rung& rung : grooves.rungs)
-    if (std::ranges::find(rim, rung.bottom, &RimCorner::vertex) != rim.end())
-      depth_m = std::max(depth_m, (draft.rest(rung.lip) - draft.rest(rung.bottom)).norm());
-  for (const TriangleId t : skin)
-    for (const VertexId v : draft.triangle(t).v) height_m = std::max(height_m, (draft.rest(v) - middle).dot(normal));
-  return height_m > kMostOverGroove * depth_m && neck_m > depth_m;
+    if (std::ranges::find(rim, rung.bottom, &RimCorner::vertex) != rim.end()) {
+      neck.depth_m += (draft.rest(rung.lip) - draft.rest(rung.bottom)).norm();
+      ++rungs;
+    }
+  neck.depth_m /= std::max(rungs, 1.0);
+  return neck;
+}
+
+// A side that is parted from the rest along wide necks is thin: it has one of them, and no skin that stands higher over
+// that than the groove explains. Between two of them lies the whole thickness of a limb.
+bool is_thin(const MeshDraft& draft, const Grooves& grooves, const std::vector<BottomRim>& rims,
+             const std::vector<TriangleId>& skin) {
+  std::size_t wide = 0;
+  for (const BottomRim& rim : rims) {
+    const Neck neck = neck_at(draft, grooves, rim);
+    if (!neck.is_wide()) continue;
+    if (++wide > 1) return false;
+    for (const TriangleId t : skin)
+      for (const VertexId v : draft.triangle(t).v)
+        if ((draft.rest(v) - neck.middle_m).dot(neck.normal) > kMostOverGroove * neck.depth_m) return false;
+  }
+  return true;
+}
+
+// The same for the side that the search has not exhausted.
+bool is_thin_beyond(const MeshDraft& draft, const Grooves& grooves, VertexId from) {
+  std::vector<TriangleId> region = all_skin_from(draft, from);
+  const std::vector<TriangleId> skin = region;
+  std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
+  const auto rims = rims_around(draft, std::move(region), std::move(inside));
+  return rims && is_thin(draft, grooves, rims->of_region, skin);
 }
 
 // Gives the two sides vertices of their own along their rims, and closes each with a cap.
@@ -281,8 +326,11 @@ LoopOutcome free_island(MeshDraft& draft, const Grooves& grooves, VertexId left,
   std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
   const auto rims = rims_around(draft, std::move(region), std::move(inside));
   if (!rims) return {{}, "the bottom of its loop is not whole"};
-  for (const BottomRim& rim : rims->of_region)
-    if (is_too_shallow(draft, grooves, rim, skin)) return {{}, "its loop is too shallow for what it surrounds"};
+  if (!is_thin(draft, grooves, rims->of_region, skin)) {
+    const bool is_left = std::ranges::find(skin, draft.fan(left).front()) != skin.end();
+    if (!is_thin_beyond(draft, grooves, is_left ? right : left))
+      return {{}, "its loop is too shallow for what it surrounds"};
+  }
   Island island;
   Parting parting(draft);
   for (const BottomRim& rim : rims->of_region) parting.free(rim, island);

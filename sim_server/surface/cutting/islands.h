@@ -27,8 +27,9 @@ struct LoopOutcome {
 // parted there on both sides; ground that would then be a crumb by itself goes with the island. Nothing happens if the
 // skin is still connected, or if the skin is but a crumb; it then stays attached, and the surface is valid.
 //
-// A cap says that the blade has undercut the island. It stands for ground that is about as thick as the groove is deep,
-// or for a neck that is no wider than that; a ring in the skin of a limb doesn't sever it.
+// A cap says that the blade has undercut the island. It stands for ground that is at most four times as thick as the
+// groove is deep, or for a neck that is no wider than that; a ring in the skin of a limb doesn't sever it. One of the
+// two sides has to be like that, whichever has fewer triangles.
 LoopOutcome free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right);
 
 }  // namespace sectio

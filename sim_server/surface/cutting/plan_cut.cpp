@@ -87,7 +87,7 @@ class Attempt {
       if (!loops_free_islands_) continue;
       for (const auto& [left, right] : s.met) {
         const auto [island, why_not] = free_island(draft_, plan.after.grooves, left, right);
-        if (!why_not.empty()) plan.kept_islands.push_back(why_not);
+        if (!why_not.empty()) plan.kept_islands.push_back({s.edge_id, why_not});
         if (!island) continue;
         plan.islands.push_back(*island);
         find_bottoms_again(draft_, plan.after.grooves);
