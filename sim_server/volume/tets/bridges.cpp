@@ -113,12 +113,15 @@ class Bridges {
     side_.push_back(*height > side_m_ ? 1 : *height < -side_m_ ? -1 : 0);
   }
   // Two tetrahedra that lie far from the surface, on its two sides, and share a face do so beyond its outline. So do
-  // those that reach beneath the blade with a face that lies there.
+  // those that reach beneath the blade with a face that lies there. The same from both sides of the face.
   bool may_part(std::uint32_t k, std::size_t corner, std::uint32_t l) const {
     if (side_[k] != 0 && side_[l] != 0) return false;
+    std::array<VertexId, 3> face{};
+    std::ranges::transform(kTetFaces[corner], face.begin(),
+                           [&](std::size_t i) { return volume_.tetrahedra()[around_[k]][i]; });
+    std::ranges::sort(face);
     Vec3 middle = Vec3::Zero();
-    for (const std::size_t i : kTetFaces[corner])
-      middle += volume_.vertex(volume_.tetrahedra()[around_[k]][i]).rest_body_m / 3;
+    for (const VertexId v : face) middle += volume_.vertex(v).rest_body_m / 3;
     return height_m_(middle).has_value();
   }
   bool is_bridge(std::uint32_t t, std::size_t corner, std::uint32_t u) const {
