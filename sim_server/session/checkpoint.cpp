@@ -32,6 +32,7 @@ constexpr std::uint64_t kCheckpointSeed = 2;
 constexpr std::size_t kHeaderBytes = 16;  // magic, checksum
 constexpr const char* kOtherBuild = "another build of the program has written it";
 constexpr std::size_t kNewest = 3;  // these are kept, however large they are
+constexpr int kMostRemoved = 2;     // by one that is written, because the disk is short of room
 
 // By step; the size of each.
 std::map<std::uint64_t, std::uint64_t> checkpoints_in(const std::string& directory) {
@@ -182,10 +183,16 @@ class CheckpointFiles {
   // Throws an InputError when it can't be written.
   void write(const Checkpoint& checkpoint) {
     const std::vector<std::uint8_t> bytes = to_bytes(checkpoint);
-    while (kept_.size() > kNewest && is_scarce(bytes.size())) remove_one();
-    write_file(path_of(directory_, checkpoint.step), bytes, OnDisk::now);
+    make_room(bytes.size());
+    try {
+      write_file(path_of(directory_, checkpoint.step), bytes, OnDisk::now);
+    } catch (const InputError&) {  // a quota is full, which the disk doesn't know of
+      if (kept_.size() <= kNewest) throw;
+      remove_one();
+      write_file(path_of(directory_, checkpoint.step), bytes, OnDisk::now);
+    }
     total_ += bytes.size() - std::exchange(kept_[checkpoint.step], bytes.size());
-    while (kept_.size() > kNewest && (total_ > most_bytes_ || is_scarce(0))) remove_one();
+    while (kept_.size() > kNewest && total_ > most_bytes_) remove_one();
   }
 
  private:
@@ -193,6 +200,17 @@ class CheckpointFiles {
     std::error_code error;
     const fs::space_info space = fs::space(checkpoints_path(directory_), error);
     return !error && space.available < bytes + spare_bytes_;
+  }
+  // For what is written now, and as much again: a disk that somebody else fills for a moment doesn't take all of them.
+  // Those that another try has as well take no room.
+  void make_room(std::uint64_t bytes) {
+    std::error_code error;
+    for (int k = 0; k < kMostRemoved && kept_.size() > kNewest && is_scarce(bytes); ++k) {
+      if (fs::hard_link_count(path_of(directory_, least_needed(kept_)), error) > 1) return;
+      if (!std::exchange(has_said_, true))
+        log_warning(directory_ + ": the disk is nearly full: older checkpoints make room for newer ones");
+      remove_one();
+    }
   }
   void remove_one() {
     const auto at = kept_.find(least_needed(kept_));
@@ -205,6 +223,7 @@ class CheckpointFiles {
   std::uint64_t most_bytes_, spare_bytes_;
   std::map<std::uint64_t, std::uint64_t> kept_;  // sizes by step
   std::uint64_t total_ = 0;
+  bool has_said_ = false;
 };
 
 }  // namespace
