@@ -32,6 +32,8 @@ constexpr double kFinalPicture_s = 0.5;    // how long the last state is shown
 constexpr double kForEver_s = 1e9;
 constexpr double kMaxRepeat_s = 1;  // a video's picture may stand in so long for those that came too late
 constexpr std::size_t kPanelEvents = 5;
+constexpr double kHalt_s = 1;     // the viewer itself was halted: no server was silent
+constexpr double kCatchUp_s = 3;  // in which it hears them again
 
 // Tells when to stop: the final state of the session has been shown, or the time is over.
 class Ending {
@@ -40,7 +42,9 @@ class Ending {
 
   bool due(double time_s, const World& world) {
     if (stop_was_requested() || time_s >= stop_s_) return true;
-    if (const std::string bodies = world.left_by(time_s); !bodies.empty()) {
+    if (time_s - asked_s_ > kHalt_s) awake_s_ = time_s;
+    asked_s_ = time_s;
+    if (const std::string bodies = world.left_by(time_s); !bodies.empty() && time_s - awake_s_ > kCatchUp_s) {
       log_error("the server of " + bodies + " fell silent and the others have ended: the session is over");
       return is_whole_ = false, true;
     }
@@ -75,6 +79,7 @@ class Ending {
   }
 
   double stop_s_, last_s_ = 0;
+  double asked_s_ = 0, awake_s_ = 0;  // the viewer was halted until then
   std::uint64_t come_ = 0;
   bool heard_ = false;
   bool reached_ = false;
@@ -165,7 +170,7 @@ int view(ViewerOptions options) {
   for (;;) {
     const double sync_begun_s = steady_now_s();
     net.poll(sync_begun_s, world);
-    if (ending.due(steady_now_s(), world)) break;  // after what has come while the viewer itself was halted
+    if (ending.due(steady_now_s(), world)) break;
     if (const bool now = net.connected(); now != connected) {
       connected = now;
       log_info(connected ? "connected to a server" : "the server has gone; waiting for it, or for another");
