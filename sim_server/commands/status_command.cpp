@@ -1,5 +1,7 @@
 #include <cstdio>
 
+#include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/dds/network_arguments.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/net/status.h"
@@ -19,6 +21,7 @@ Arguments::Action status_command(Arguments& arguments) {
   arguments.toggle("--every-field", flags->every_field, "print all that the servers say of themselves, as it comes");
   arguments.option("--body", flags->body, "a server of this body must answer; empty: any one");
   return [flags] {
+    if (!(flags->patience_s > 0)) throw InputError(formatted("--patience-s: expected > 0, got %g", flags->patience_s));
     check_network_options(flags->network);
     std::fputs(status_of_session(flags->network, flags->patience_s, flags->every_field, flags->body).c_str(), stdout);
     return 0;
