@@ -96,7 +96,8 @@ void read_cutting(KeyReader& map, CuttingSpec& c, const Allowed& allowed, const 
   map.number("join_tolerance_m", c.join_tolerance_m, at_least(0),
              "An instrument this close to the end of an earlier cut goes on with that cut.");
   map.number("groove_min_depth_m", c.groove_min_depth_m, above(0), "Shallower cuts of a surface are not made.");
-  map.boolean("loops_free_islands", c.loops_free_islands, "A closed cut frees the piece of surface inside, unless that is much thicker than the cut is deep.");
+  map.boolean("loops_free_islands", c.loops_free_islands,
+              "A closed cut frees the piece of surface inside, unless that is much thicker than the cut is deep.");
   map.number("snap_ratio", c.snap_ratio, between(kLeastSnapRatio, kMostSnapRatio),
              "For models with a volume only: a cut this close to the end of an edge, in edges, goes through that end.");
   map.check(c.style != "semi_progressive" || allowed.volume,
