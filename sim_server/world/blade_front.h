@@ -25,6 +25,10 @@ class BladeFront {
   // Nothing holds the blade any more; what has been cut stays so.
   void release() { *this = {}; }
   void begin_step(double step_s);
+  // The edge was here, in the frame of the next move(); it has not moved.
+  void is_at(const EdgeAtRest& edge) {
+    if (edge_) edge_ = edge;
+  }
   // The edge is here now. `sharp_side`: unit; none: it cuts in any direction.
   void move(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
             double toughness_j_per_m2);

@@ -24,11 +24,19 @@ void CutResistance::begin_step(double step_s) {
   frame_before_world_ = std::exchange(frame_world_, std::nullopt);
 }
 
-void CutResistance::meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, bool loose) {
-  const EdgeAtRest at_rest{frame_world.to_local(edge.tip_world_m()), frame_world.to_local(edge.heel_world_m())};
+void CutResistance::meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, VertexId near, bool loose) {
+  const auto rest = [&](const EdgeAtRest& at_world_m) -> EdgeAtRest {
+    return {frame_world.to_local(at_world_m.tip_m), frame_world.to_local(at_world_m.heel_m)};
+  };
+  const EdgeAtRest now_world_m{edge.tip_world_m(), edge.heel_world_m()}, at_rest = rest(now_world_m);
   if (loose || (at_rest.heel_m - at_rest.tip_m).norm() < kNoEdge_m) return release();
   std::optional<Vec3> sharp_side = edge.sharp_side_world();
   if (sharp_side) sharp_side = frame_world.orientation.conjugate() * *sharp_side;
+  if (std::exchange(near_, near) != near) {
+    front_.is_at(rest(edge_world_m_));
+    frame_before_world_.reset();
+  }
+  edge_world_m_ = now_world_m;
   front_.move(body.swept_tissue(), at_rest, sharp_side, body.spec.material.toughness_j_per_m2);
   frame_world_ = frame_world;
   edge_middle_rest_m_ = at_rest.at(0.5);

@@ -17,9 +17,10 @@ class CutResistance {
   void release();
   // A step begins: no force until the edge is met.
   void begin_step(double step_s);
-  // The edge is here now, whether or not the mesh follows it. `frame_world`: of the body at rest around it. Loose: open
-  // blades hold no tissue.
-  void meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, bool loose);
+  // The edge is here now, whether or not the mesh follows it. `frame_world`: of the body at rest around it, told by the
+  // vertex `near`; where another vertex tells it, the edge has not moved by as much as the two differ. Loose: open blades
+  // hold no tissue.
+  void meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, VertexId near, bool loose);
   // Instead of the front, the surface at a point pushes the side AC out, along its normal.
   void push_out(const Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, const Vec3& normal_world);
 
@@ -29,12 +30,14 @@ class CutResistance {
 
   template <class A>
   void archive(A& a) {
-    a(front_, frame_world_, frame_before_world_, edge_middle_rest_m_, force_n_, work_j_);
+    a(front_, frame_world_, frame_before_world_, near_, edge_world_m_, edge_middle_rest_m_, force_n_, work_j_);
   }
 
  private:
   BladeFront front_;
   std::optional<Pose> frame_world_, frame_before_world_;  // the edge was met here in this step, and in the last one
+  VertexId near_ = kNone;                                 // told the frame of the last meeting
+  EdgeAtRest edge_world_m_;                               // then, in the world
   Vec3 edge_middle_rest_m_ = Vec3::Zero();
   Vec3 force_n_ = Vec3::Zero();
   double work_j_ = 0;

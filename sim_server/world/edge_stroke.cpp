@@ -176,7 +176,8 @@ EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
       if (const auto skin = skin_entered(body, line, line.tip_world_m))
         decision = way.decide(skin->point_world_m, body.view().normal(skin->triangle));
     }
-    resistance_.meet(body, edge, step.frame_world, kind.only_closing && decision.leaf != CutDecision::cut);
+    resistance_.meet(body, edge, step.frame_world, step.cut.near,
+                     kind.only_closing && decision.leaf != CutDecision::cut);
     if (decision.leaf == CutDecision::cut) {
       motion.has_dragged_end |= std::exchange(drags_end_, false);
       motion.path.push_back(blade);
@@ -216,14 +217,14 @@ EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& 
   Vec3 from = step.point_world_m;
   double opening_rad = step.opening_before_rad;
   Vec3 way_world_m = Vec3::Zero();
-  if (step.poses.empty()) resistance_.meet(body, step.edge, step.frame_world, kind.only_closing);
+  if (step.poses.empty()) resistance_.meet(body, step.edge, step.frame_world, step.cut.near, kind.only_closing);
   for (const JointPose& pose : step.poses) {
     const InstrumentEdge edge = step.edge.at(pose);
     const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
     const Blade blade = edge.blade();
     const Vec3 travel = blade.tip_world_m - std::exchange(tip_before_world_m_, blade.tip_world_m);
     way_world_m += travel;
-    resistance_.meet(body, edge, step.frame_world, kind.only_closing && jaws != Jaws::closing);
+    resistance_.meet(body, edge, step.frame_world, step.cut.near, kind.only_closing && jaws != Jaws::closing);
     if (travel.norm() < kNoTravel_m && jaws == Jaws::still) continue;
     const double depth_m = (from - blade.tip_world_m).dot(blade.up_world);
     const Vec3 at_surface = blade.tip_world_m + depth_m * blade.up_world;

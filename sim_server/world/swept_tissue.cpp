@@ -13,6 +13,8 @@ constexpr double kBeside_m = 1e-3;     // an edge this far beside a way is in an
 constexpr double kBeyond_m = 2e-3;     // an edge this far beyond the end of a way, likewise
 constexpr double kAtFront_m = 5e-5;    // an edge so near to the end of a cut stands at it
 constexpr double kUpright = 0.5;       // least cosine of an edge to the rows' direction
+constexpr double kTurned = 0.95;       // an edge that goes on at less has turned: its way goes on as a cut of its own
+constexpr double kHeadsOver_m = 7e-4;  // a way heads where it goes from so far behind a place to as far beyond
 constexpr double kNear_m = 3e-3;       // the part of a way that is looked at first: it may cross itself
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
@@ -81,6 +83,21 @@ SweptTissue::Place SweptTissue::place_on(const Cut& cut, const Vec3& at, double 
   return best;
 }
 
+// Between single points the heading would jump, and a leaning edge's place in each row with it.
+Vec3 SweptTissue::heading_about(const Cut& cut, double gone_m) {
+  if (cut.points.size() < 2) return cut.first_heading;
+  const auto at = [&](double m) -> Vec3 {
+    const double within_m = std::clamp(m, 0.0, cut.gone_m.back());
+    const auto next = std::max<std::ptrdiff_t>(1, std::ranges::lower_bound(cut.gone_m, within_m) - cut.gone_m.begin());
+    const auto b = static_cast<std::size_t>(next), a = b - 1;
+    const double share = (within_m - cut.gone_m[a]) / (cut.gone_m[b] - cut.gone_m[a]);
+    return cut.points[a] + share * (cut.points[b] - cut.points[a]);
+  };
+  const double middle_m = std::clamp(gone_m, 0.0, cut.gone_m.back());
+  const Vec3 way = at(middle_m + kHeadsOver_m) - at(middle_m - kHeadsOver_m);
+  return way.norm() > kAtFront_m ? Vec3(way.normalized()) : cut.first_heading;
+}
+
 std::optional<SweptTissue::Across> SweptTissue::across(const Cut& cut, const EdgeAtRest& edge,
                                                        std::optional<double> near_m) {
   const Vec3 along = edge.along();
@@ -93,7 +110,7 @@ std::optional<SweptTissue::Across> SweptTissue::across(const Cut& cut, const Edg
   if (!near_m || found.place.beside_m > kBeside_m) found.place = place_on(cut, found.at_m, -kEndless, kEndless);
   const Place& p = found.place;
   if (p.beside_m > kBeside_m || p.gone_m < -kBeyond_m || p.gone_m > cut.gone_m.back() + kBeyond_m) return {};
-  found.leans = rise.dot(p.heading);
+  found.leans = rise.dot(heading_about(cut, p.gone_m));
   return found;
 }
 
@@ -101,14 +118,22 @@ SweptTissue::Across SweptTissue::find(const EdgeAtRest& edge, const Vec3& ahead,
   std::optional<Across> found;
   if (way && (found = across(cuts_[way->cut], edge, way->gone_m))) {
     way->gone_m = found->place.gone_m;
-    return *found;
+    const bool is_at_end = way->gone_m > cuts_[way->cut].gone_m.back() - kNextPoint_m;
+    if (!is_at_end || std::abs(found->upright) > kTurned) return *found;
+    way = begin(edge, ahead, kBeyond_m);
+    return *across(cuts_.back(), edge, 0.0);
   }
   for (std::size_t i = 0; i < cuts_.size(); ++i)
     if (const auto other = across(cuts_[i], edge, {});
         other && (!found || other->place.beside_m < found->place.beside_m))
       found = other, way = Way{i, other->place.gone_m};
   if (found) return *found;
-  // The way is told where the edge leaves the tissue towards its heel.
+  way = begin(edge, ahead, 0);
+  return *across(cuts_.back(), edge, 0.0);
+}
+
+// The way is told where the edge leaves the tissue towards its heel.
+SweptTissue::Way SweptTissue::begin(const EdgeAtRest& edge, const Vec3& ahead, double cut_behind_m) {
   const std::vector<Span> spans = inside(edge);
   const Vec3 level = edge.at(spans.empty() ? 0.5 : spans.back().to);
   Cut cut{edge.along(), ahead};
@@ -116,9 +141,10 @@ SweptTissue::Across SweptTissue::find(const EdgeAtRest& edge, const Vec3& ahead,
   cut.points = {across_to(cut.up, level)};
   cut.gone_m = {0};
   cut.first_row = static_cast<std::ptrdiff_t>(std::floor(cut.level_m / kRow_m));
+  if (cut_behind_m > 0)
+    each_row(cut, edge, spans, [&](std::ptrdiff_t r, double, double) { cut.row(r) = {{-cut_behind_m, 0}}; });
   cuts_.push_back(std::move(cut));
-  way = Way{cuts_.size() - 1, 0};
-  return *across(cuts_.back(), edge, 0.0);
+  return {cuts_.size() - 1, 0};
 }
 
 // Calls visit(number of the row, its height, share of the row that the edge's part in tissue takes).

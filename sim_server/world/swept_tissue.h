@@ -89,8 +89,10 @@ class SweptTissue {
 
   std::vector<Span> inside(const EdgeAtRest& edge) const;  // in shares of the edge
   Across find(const EdgeAtRest& edge, const Vec3& ahead, std::optional<Way>& way);
+  Way begin(const EdgeAtRest& edge, const Vec3& ahead, double cut_behind_m);
   static std::optional<Across> across(const Cut& cut, const EdgeAtRest& edge, std::optional<double> near_m);
   static Place place_on(const Cut& cut, const Vec3& at, double from_m, double to_m);
+  static Vec3 heading_about(const Cut& cut, double gone_m);
   template <class Visit>
   static void each_row(const Cut& cut, const EdgeAtRest& edge, const std::vector<Span>& inside, const Visit& visit);
 
