@@ -29,8 +29,8 @@ inline HandSpec hand_without_swing() {
   return spec;
 }
 
-// The hand of somebody whose device says where it is, smoothly: it is there without a lag. The same damping works against
-// the motion relative to the wish's.
+// The hand of somebody whose device says where it is, smoothly: it is there without a lag. The same damping works
+// against the motion relative to the wish's.
 inline HandSpec hand_without_lag() {
   HandSpec spec;
   spec.hand_damping_n_s_per_m =
@@ -38,7 +38,7 @@ inline HandSpec hand_without_lag() {
   return spec;
 }
 
-// Whoever bounds a force by them counts on kHandDamping_n_s_per_m of the hand.
+// Bounds of a force that are made of these count on kHandDamping_n_s_per_m of the hand.
 inline DeviceLimits limits_of(const HandSpec& spec) {
   const double lacks_n_s_per_m = std::max(0.0, kHandDamping_n_s_per_m - spec.hand_damping_n_s_per_m);
   return {.damping_n_s_per_m = spec.device_damping_n_s_per_m - lacks_n_s_per_m, .mass_kg = spec.device_mass_kg};

@@ -201,8 +201,8 @@ class CheckpointFiles {
     const fs::space_info space = fs::space(checkpoints_path(directory_), error);
     return !error && space.available < bytes + spare_bytes_;
   }
-  // For what is written now, and as much again: a disk that somebody else fills for a moment doesn't take all of them.
-  // Those that another try has as well take no room.
+  // A disk that somebody else fills for a moment doesn't take all of them. A file that another try has as well takes no
+  // room.
   void make_room(std::uint64_t bytes) {
     std::error_code error;
     for (int k = 0; k < kMostRemoved && kept_.size() > kNewest && is_scarce(bytes); ++k) {

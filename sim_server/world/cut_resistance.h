@@ -18,8 +18,8 @@ class CutResistance {
   // A step begins: no force until the edge is met.
   void begin_step(double step_s);
   // The edge is here now, whether or not the mesh follows it. `frame_world`: of the body at rest around it, told by the
-  // vertex `near`; where another vertex tells it, the edge has not moved by as much as the two differ. Loose: open blades
-  // hold no tissue.
+  // vertex `near`; where another vertex tells it, the edge has not moved by as much as the two differ. Loose: open
+  // blades hold no tissue.
   void meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, VertexId near, bool loose);
   // Instead of the front, the surface at a point pushes the side AC out, along its normal.
   void push_out(const Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, const Vec3& normal_world);

@@ -197,7 +197,7 @@ std::optional<PartingRims> rims_around(const MeshDraft& draft, std::vector<Trian
   return rims;
 }
 
-// Of one side of a parting, at rest.
+// A bottom at which two sides part, seen from one of them; at rest.
 struct Neck {
   Vec3 middle_m = Vec3::Zero(), normal = Vec3::Zero();  // unit, towards that side
   double radius_m = 0, depth_m = 0;                     // twice the area over the perimeter; mean, of the groove
