@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
@@ -220,6 +221,7 @@ int run(Options& o) {
 
   bool told_unheard = false;
   double speaks_since_s = steady_now_s();  // to a server that goes on
+  std::uint64_t said = 0;                  // packets
   DeviceStatus status = DeviceStatus::ready;
   auto next_line = std::chrono::steady_clock::now() + kProgress;
   while (!servo_done) {
@@ -236,7 +238,8 @@ int run(Options& o) {
     status = tell_status(log, status);
     if (std::chrono::steady_clock::now() >= next_line) {
       const bool is_answered = log_progress(log, net);
-      if (!(net.met_a_server() && !net.session_paused())) speaks_since_s = steady_now_s();
+      const bool speaks = net.packets_sent() > std::exchange(said, net.packets_sent());
+      if (!(speaks && net.met_a_server() && !net.session_paused())) speaks_since_s = steady_now_s();
       if (!told_unheard && steady_now_s() - speaks_since_s > kToBeAnswered_s && !is_answered) {
         log_warning(kUnheard);
         told_unheard = true;
