@@ -183,7 +183,8 @@ class CheckpointFiles {
   // Throws an InputError when it can't be written.
   void write(const Checkpoint& checkpoint) {
     const std::vector<std::uint8_t> bytes = to_bytes(checkpoint);
-    make_room(bytes.size());
+    int may_remove = kMostRemoved;
+    make_room(bytes.size(), may_remove);
     try {
       write_file(path_of(directory_, checkpoint.step), bytes, OnDisk::now);
     } catch (const InputError&) {  // a quota is full, which the disk doesn't know of
@@ -193,6 +194,7 @@ class CheckpointFiles {
     }
     total_ += bytes.size() - std::exchange(kept_[checkpoint.step], bytes.size());
     while (kept_.size() > kNewest && total_ > most_bytes_) remove_one();
+    make_room(0, may_remove);
   }
 
  private:
@@ -203,9 +205,9 @@ class CheckpointFiles {
   }
   // A disk that somebody else fills for a moment doesn't take all of them. A file that another try has as well takes no
   // room.
-  void make_room(std::uint64_t bytes) {
+  void make_room(std::uint64_t bytes, int& may_remove) {
     std::error_code error;
-    for (int k = 0; k < kMostRemoved && kept_.size() > kNewest && is_scarce(bytes); ++k) {
+    for (; may_remove > 0 && kept_.size() > kNewest && is_scarce(bytes); --may_remove) {
       if (fs::hard_link_count(path_of(directory_, least_needed(kept_)), error) > 1) return;
       if (!std::exchange(has_said_, true))
         log_warning(directory_ + ": the disk is nearly full: older checkpoints make room for newer ones");

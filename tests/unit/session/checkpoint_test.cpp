@@ -144,6 +144,23 @@ TEST_F(Checkpoints, leave_room_on_the_disk) {
   EXPECT_EQ(kept(), (std::vector<std::uint64_t>{8, 9, 10}));
 }
 
+// Somebody else fills the disk for a moment. A file that another try has as well takes no room.
+TEST_F(Checkpoints, that_are_older_give_way_two_at_a_time_but_for_those_of_another_try) {
+  constexpr std::uint64_t kMoreThanThereIs = std::uint64_t{1} << 60;
+  write(1, 12, CheckpointWriter::kMostBytes);
+  const auto put = [&](std::uint64_t step) {
+    CheckpointWriter writer(directory_, false, step, CheckpointWriter::kMostBytes, kMoreThanThereIs);
+    writer.put(some_checkpoint(step));
+    while (!writer.is_ready()) std::this_thread::yield();
+  };
+  put(13);
+  EXPECT_EQ(kept().size(), 11u);
+  const std::string another = directory_ + "/another_try";
+  share_checkpoints(directory_, another, 13);
+  put(14);
+  EXPECT_EQ(kept().size(), 12u);
+}
+
 TEST_F(Checkpoints, a_disk_that_takes_nothing_is_told_of_once) {
   CheckpointWriter writer(directory_, true, 0);
   fs::remove_all(checkpoints_path(directory_));
