@@ -11,7 +11,8 @@ const pictures = process.argv[2];
 const iwer = resolve(root, process.env.SECTIO_BUILD_DIR ?? 'build', 'npm/node_modules/iwer/build/iwer.min.js');
 if (!existsSync(iwer)) throw new Error(`${iwer} isn't there: ./deploy/test --live installs it`);
 
-// iwer draws on the canvas; a headset has a framebuffer of its own, which `seen()` reads.
+// iwer draws on the canvas; a headset has a framebuffer of its own, which `seen()` reads. It has room for the canvas of a
+// page whose panel gives way.
 const wear = `${readFileSync(iwer, 'utf8')};
   window.device = new IWER.XRDevice(IWER.metaQuest3, { stereoEnabled: true });
   device.installRuntime({ forceInstall: true });
@@ -24,7 +25,8 @@ const wear = `${readFileSync(iwer, 'utf8')};
     for (const [format, place] of [[gl.RGBA8, gl.COLOR_ATTACHMENT0], [gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
       const buffer = gl.createRenderbuffer();
       gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
-      gl.renderbufferStorage(gl.RENDERBUFFER, format, this.framebufferWidth, this.framebufferHeight);
+      gl.renderbufferStorage(gl.RENDERBUFFER, format, Math.max(this.framebufferWidth, innerWidth),
+        Math.max(this.framebufferHeight, innerHeight));
       gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
     }
     return own;
